@@ -1,0 +1,3 @@
+//! The command `biscale`.
+
+fn main() {}

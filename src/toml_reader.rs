@@ -1,0 +1,271 @@
+//! Reading our TOML files so that every mistake names file, line, field, value and remedy.
+//!
+//! `serde` stops at the first error and knows neither ranges nor units, so files are walked by hand: a [`TableReader`] hands
+//! out the values of one table, checks their type and range, remembers which keys are known, and [`TableReader::finish`]
+//! refuses the rest with the nearest known key. It does not write files and does not keep comments.
+
+use crate::error::{BadInput, Error, Result};
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// A file's name and text: what is needed to say on which line something stands.
+#[derive(Clone, Debug)]
+pub struct Source {
+    /// Where the text came from.
+    pub path: PathBuf,
+    /// The whole text.
+    pub text: String,
+}
+
+impl Source {
+    /// Reads a text file. A missing file, a folder or bytes that are not UTF-8 are bad input.
+    pub fn read(path: &Path) -> Result<Self> {
+        let bytes = std::fs::read(path).map_err(|e| Error::reading(path, e))?;
+        let text = String::from_utf8(bytes).map_err(|e| {
+            let good = e.utf8_error().valid_up_to();
+            let line = e.as_bytes()[..good].iter().filter(|&&b| b == b'\n').count() + 1;
+            BadInput::new("this is not UTF-8 text", "write the file as UTF-8").in_file(path).at_line(line)
+        })?;
+        Ok(Self { path: path.to_path_buf(), text })
+    }
+
+    /// Line of a byte offset, from 1.
+    pub fn line(&self, offset: usize) -> usize {
+        self.text.as_bytes()[..offset.min(self.text.len())].iter().filter(|&&b| b == b'\n').count() + 1
+    }
+
+    /// The folder that paths inside this file are relative to.
+    pub fn folder(&self) -> &Path {
+        self.path.parent().unwrap_or(Path::new(""))
+    }
+
+    /// Parses the text as TOML.
+    pub fn parse(&self) -> Result<Spanned<DeTable<'_>>> {
+        DeTable::parse(&self.text).map_err(|e| {
+            let line = e.span().map_or(1, |s| self.line(s.start));
+            let message = e.message().lines().collect::<Vec<_>>().join(", ");
+            BadInput::new(format!("not valid TOML: {message}"), "see https://toml.io for the syntax")
+                .in_file(&self.path)
+                .at_line(line)
+                .into()
+        })
+    }
+}
+
+/// Bounds of a number, both included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// Smallest value that is allowed.
+    pub min: f64,
+    /// Largest value that is allowed.
+    pub max: f64,
+}
+
+/// Shorthand for [`Range`].
+pub const fn range(min: f64, max: f64) -> Range {
+    Range { min, max }
+}
+
+/// One table of a file, read key by key.
+#[derive(Debug)]
+pub struct TableReader<'a> {
+    source: &'a Source,
+    /// Name of the table for messages: `geometry`, `surface[0].brdf`.
+    name: String,
+    table: &'a DeTable<'a>,
+    /// Byte offset of the table, for keys that are missing.
+    offset: usize,
+    known: RefCell<Vec<&'static str>>,
+}
+
+impl<'a> TableReader<'a> {
+    /// Reads `table`, which `source` holds at byte `offset`, under the name `name` (empty for the file's own top level).
+    pub fn new(source: &'a Source, name: impl Into<String>, table: &'a DeTable<'a>, offset: usize) -> Self {
+        Self { source, name: name.into(), table, offset, known: RefCell::new(Vec::new()) }
+    }
+
+    /// The file that is being read.
+    pub fn source(&self) -> &'a Source {
+        self.source
+    }
+
+    fn field(&self, key: &str) -> String {
+        if self.name.is_empty() { key.to_owned() } else { format!("{}.{key}", self.name) }
+    }
+
+    /// Line of the table in its file, from 1.
+    pub fn line(&self) -> usize {
+        self.source.line(self.offset)
+    }
+
+    /// A mistake in this table as a whole.
+    pub fn error(&self, problem: impl Into<String>, remedy: impl Into<String>) -> Error {
+        let bad = BadInput::new(problem, remedy).in_file(&self.source.path).at_line(self.source.line(self.offset));
+        if self.name.is_empty() { bad.into() } else { bad.at_field(&*self.name).into() }
+    }
+
+    /// A mistake at `key`, at its line if it is there and at the table's otherwise.
+    pub fn error_at(&self, key: &str, problem: impl Into<String>, remedy: impl Into<String>) -> Error {
+        let offset = self.table.get(key).map_or(self.offset, |v| v.span().start);
+        BadInput::new(problem, remedy).in_file(&self.source.path).at_line(self.source.line(offset)).at_field(self.field(key)).into()
+    }
+
+    /// The value as it stands in the file, for messages.
+    fn written(&self, value: &Spanned<DeValue<'a>>) -> String {
+        let text = self.source.text.get(value.span()).unwrap_or("?").split_whitespace().collect::<Vec<_>>().join(" ");
+        if text.chars().count() > 60 { text.chars().take(57).chain("...".chars()).collect() } else { text }
+    }
+
+    fn wrong_type(&self, key: &str, value: &Spanned<DeValue<'a>>, wanted: &str) -> Error {
+        self.error_at(key, format!("{} is {}", self.written(value), an(value.get_ref().type_str())), format!("write {wanted}"))
+    }
+
+    fn get(&self, key: &'static str) -> Option<&'a Spanned<DeValue<'a>>> {
+        self.known.borrow_mut().push(key);
+        self.table.get(key)
+    }
+
+    /// Whether `key` is there; marks it as known.
+    pub fn has(&self, key: &'static str) -> bool {
+        self.get(key).is_some()
+    }
+
+    /// A key that has no default is missing.
+    pub fn missing(&self, key: &str, wanted: &str) -> Error {
+        let table = if self.name.is_empty() { "the file".to_owned() } else { format!("[{}]", self.name) };
+        self.error_at(key, format!("{table} lacks the required key `{key}`"), format!("add `{key} = {wanted}`"))
+    }
+
+    fn number(&self, key: &str, value: &Spanned<DeValue<'a>>, range: Range, wanted: &str) -> Result<f64> {
+        let number = match value.get_ref() {
+            DeValue::Integer(i) => i64::from_str_radix(i.as_str(), i.radix()).ok().map(|v| v as f64),
+            DeValue::Float(f) => f.as_str().parse::<f64>().ok(),
+            _ => return Err(self.wrong_type(key, value, wanted)),
+        };
+        match number {
+            Some(v) if v >= range.min && v <= range.max => Ok(v),
+            _ => Err(self.error_at(
+                key,
+                format!("{} is out of range", self.written(value)),
+                format!("write a number from {} to {}", range.min, range.max),
+            )),
+        }
+    }
+
+    /// A number within `range`, if the key is there.
+    pub fn f64(&self, key: &'static str, range: Range) -> Result<Option<f64>> {
+        self.get(key).map(|v| self.number(key, v, range, "a number")).transpose()
+    }
+
+    /// A whole number within `min..=max`, if the key is there.
+    pub fn integer(&self, key: &'static str, min: u32, max: u32) -> Result<Option<u32>> {
+        let Some(value) = self.get(key) else { return Ok(None) };
+        if !matches!(value.get_ref(), DeValue::Integer(_)) {
+            return Err(self.wrong_type(key, value, "a whole number"));
+        }
+        let number = self.number(key, value, range(min.into(), max.into()), "a whole number")?;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "whole and in the range of u32, just checked")]
+        Ok(Some(number as u32))
+    }
+
+    /// True or false, if the key is there.
+    pub fn bool(&self, key: &'static str) -> Result<Option<bool>> {
+        self.get(key).map(|v| v.get_ref().as_bool().ok_or_else(|| self.wrong_type(key, v, "true or false"))).transpose()
+    }
+
+    /// A text, if the key is there.
+    pub fn str(&self, key: &'static str) -> Result<Option<&'a str>> {
+        self.get(key).map(|v| v.get_ref().as_str().ok_or_else(|| self.wrong_type(key, v, "a text in quotes"))).transpose()
+    }
+
+    /// One of a few words, by its place in `words`, if the key is there. A wrong word is answered with the nearest right one.
+    pub fn choice(&self, key: &'static str, words: &[&str]) -> Result<Option<usize>> {
+        let Some(word) = self.str(key)? else { return Ok(None) };
+        match words.iter().position(|&w| w == word) {
+            Some(place) => Ok(Some(place)),
+            None => Err(self.error_at(key, format!("\"{word}\" is not known here"), suggest(word, words))),
+        }
+    }
+
+    /// `N` numbers within `range`, if the key is there.
+    pub fn array<const N: usize>(&self, key: &'static str, range: Range) -> Result<Option<[f64; N]>> {
+        let Some(value) = self.get(key) else { return Ok(None) };
+        let wanted = format!("{N} numbers in brackets");
+        let Some(array) = value.get_ref().as_array() else { return Err(self.wrong_type(key, value, &wanted)) };
+        if array.len() != N {
+            return Err(self.error_at(key, format!("{} has {} elements", self.written(value), array.len()), format!("write {wanted}")));
+        }
+        let mut out = [0.0; N];
+        for (slot, element) in out.iter_mut().zip(array.iter()) {
+            *slot = self.number(key, element, range, &wanted)?;
+        }
+        Ok(Some(out))
+    }
+
+    /// A colour: three numbers, or one for all three, if the key is there.
+    pub fn colour(&self, key: &'static str, range: Range) -> Result<Option<[f64; 3]>> {
+        let Some(value) = self.get(key) else { return Ok(None) };
+        if value.get_ref().as_array().is_some() {
+            self.array::<3>(key, range)
+        } else {
+            Ok(Some([self.number(key, value, range, "three numbers in brackets, or one number")?; 3]))
+        }
+    }
+
+    /// Rows of texts (a weaving draft), if the key is there.
+    pub fn strings(&self, key: &'static str) -> Result<Option<Vec<&'a str>>> {
+        let Some(value) = self.get(key) else { return Ok(None) };
+        let wanted = "texts in brackets";
+        let Some(array) = value.get_ref().as_array() else { return Err(self.wrong_type(key, value, wanted)) };
+        array.iter().map(|e| e.get_ref().as_str().ok_or_else(|| self.wrong_type(key, e, wanted))).collect::<Result<_>>().map(Some)
+    }
+
+    /// A table inside this one, if the key is there.
+    pub fn table(&self, key: &'static str) -> Result<Option<Self>> {
+        let Some(value) = self.get(key) else { return Ok(None) };
+        let table = value.get_ref().as_table().ok_or_else(|| self.wrong_type(key, value, "a table"))?;
+        Ok(Some(Self::new(self.source, self.field(key), table, value.span().start)))
+    }
+
+    /// The tables of a list of tables (`[[key]]`); none if the key is not there.
+    pub fn tables(&self, key: &'static str) -> Result<Vec<Self>> {
+        let Some(value) = self.get(key) else { return Ok(Vec::new()) };
+        let wanted = format!("tables headed [[{key}]]");
+        let array = value.get_ref().as_array().ok_or_else(|| self.wrong_type(key, value, &wanted))?;
+        let one = |(i, e): (usize, &'a Spanned<DeValue<'a>>)| {
+            let table = e.get_ref().as_table().ok_or_else(|| self.wrong_type(key, e, &wanted))?;
+            Ok(Self::new(self.source, format!("{}[{i}]", self.field(key)), table, e.span().start))
+        };
+        array.iter().enumerate().map(one).collect()
+    }
+
+    /// A path, relative to the folder of this file, if the key is there.
+    pub fn path(&self, key: &'static str) -> Result<Option<PathBuf>> {
+        Ok(self.str(key)?.map(|p| self.source.folder().join(p)))
+    }
+
+    /// Refuses every key that was never asked for, naming the nearest known one.
+    pub fn finish(self) -> Result<()> {
+        let known = self.known.borrow();
+        let Some((key, _)) = self.table.iter().find(|(k, _)| !known.contains(&k.get_ref().as_ref())) else { return Ok(()) };
+        let line = self.source.line(key.span().start);
+        let bad = BadInput::new(format!("unknown key `{}`", key.get_ref()), suggest(key.get_ref(), &known));
+        Err(bad.in_file(&self.source.path).at_line(line).at_field(self.field(key.get_ref())).into())
+    }
+}
+
+fn an(noun: &str) -> String {
+    let article = if noun.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+    format!("{article} {noun}")
+}
+
+/// The nearest of `words` to `word`, or all of them when none is near.
+pub fn suggest(word: &str, words: &[&str]) -> String {
+    let nearest = words.iter().map(|w| (strsim::damerau_levenshtein(word, w), w)).min();
+    match nearest {
+        Some((distance, near)) if distance <= 1 + word.chars().count() / 3 => format!("did you mean `{near}`?"),
+        _ => format!("known here: {}", words.join(", ")),
+    }
+}
