@@ -19,7 +19,9 @@
 //! ```
 
 pub mod brdf;
+pub mod direction;
 pub mod error;
+pub mod filter;
 pub mod geometry;
 pub mod material;
 pub mod toml_reader;

@@ -1,0 +1,125 @@
+//! From a small-scale surface to effective BRDF values, by any method and with an error on every value.
+//!
+//! All methods are reached through [`effective`]. What a caller wants is in [`Quality`]; what it lends (a clock, a way to
+//! report progress and to be stopped) in [`Control`], so that no stage reads a global.
+
+use crate::direction::Pair;
+use crate::error::{Error, Result};
+use crate::material::SmallScale;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// How to compute effective values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// The program chooses.
+    Auto,
+    /// Facets shared by all pairs, visibility for exactly the wanted directions, direct sums.
+    Direct,
+    /// Low-rank matrices after Wu et al. 2011.
+    LowRank,
+    /// Spherical Gaussians after Iwasaki et al. 2012.
+    SphericalGaussian,
+    /// Fresh rays for every pair, optionally with interreflections.
+    Reference,
+}
+
+/// What the caller wants.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quality {
+    /// Method to use.
+    pub method: Method,
+    /// Relative RMS error of `fbar` over all pairs and channels to stay within.
+    pub tolerance: f64,
+    /// Wall seconds to stay within, if any; then `tolerance` is a wish.
+    pub budget: Option<f64>,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Reflections after the first (`reference` only); 0 is direct light.
+    pub bounces: u32,
+    /// A plan to repeat exactly, as an earlier [`Summary::plan`] printed it.
+    pub plan: Option<String>,
+}
+
+impl Default for Quality {
+    fn default() -> Self {
+        Self { method: Method::Auto, tolerance: 0.005, budget: None, seed: 0, bounces: 0, plan: None }
+    }
+}
+
+/// What the caller lends.
+#[derive(Clone, Copy)]
+pub struct Control<'a> {
+    /// Set to make the computation stop with [`Error::Interrupted`] soon.
+    pub cancel: &'a AtomicBool,
+    /// Told the name of the stage and the share of all work done so far, in `0..=1`; may be called from any thread.
+    pub progress: &'a (dyn Fn(&str, f64) + Sync),
+    /// Seconds since any fixed moment.
+    pub clock: &'a (dyn Fn() -> f64 + Sync),
+}
+
+impl Control<'_> {
+    /// Stops with [`Error::Interrupted`] when the caller has asked for it.
+    pub fn check(&self) -> Result<()> {
+        if self.cancel.load(Ordering::Relaxed) { Err(Error::Interrupted) } else { Ok(()) }
+    }
+}
+
+/// The effective BRDF at one pair.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Value {
+    /// Symmetric kernel `S`, 1/sr.
+    pub s: [f64; 3],
+    /// Standard error of `s`.
+    pub s_se: [f64; 3],
+    /// Cosine-weighted effective BRDF, 1/sr; 0 where `av` is.
+    pub fbar: [f64; 3],
+    /// Standard error of `fbar`.
+    pub se: [f64; 3],
+    /// Effective BRDF `fbar / cos(theta_i)`, 1/sr.
+    pub fhat: [f64; 3],
+    /// Visible projected area over the footprint `A`.
+    pub av: f64,
+}
+
+/// How the values were made.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Summary {
+    /// The method that ran: `direct`, `reference`.
+    pub method: &'static str,
+    /// Everything that fixes the bits beside the seed; [`Quality::plan`] takes it.
+    pub plan: String,
+    /// Facets (`direct`), or rays from the viewer per pair (`reference`).
+    pub facets: usize,
+    /// Normal clusters of the sums; equals `facets` where each facet stands for itself.
+    pub clusters: usize,
+    /// Distinct directions.
+    pub directions: usize,
+    /// Name and milliseconds of each stage.
+    pub stages: Vec<(&'static str, f64)>,
+    /// Estimated relative RMS error of `fbar` over all pairs and channels (absolute if all are 0).
+    pub relative_rms: f64,
+    /// What the user should know.
+    pub notes: Vec<String>,
+}
+
+/// Effective values of a list of pairs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Effective {
+    /// One value a pair, in the order of the pairs.
+    pub values: Vec<Value>,
+    /// How they were made.
+    pub summary: Summary,
+}
+
+/// Effective BRDF values of `surface` at `pairs`.
+///
+/// A direction below the horizon gives 0; one within [`crate::direction::MIN_COSINE`] of it is evaluated there. The same
+/// surface, pairs and quality give the same bits at any thread count, unless `quality.budget` is set.
+///
+/// # Errors
+/// [`Error::Unsupported`] for a method that this build lacks, [`Error::Interrupted`] when `control` asks to stop,
+/// [`Error::BadInput`] for a plan that is none.
+pub fn effective(surface: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
+    let _ = (surface, pairs, quality, control);
+    Err(Error::Unsupported { what: "every method".into(), remedy: "wait for the next commit".into() })
+}
