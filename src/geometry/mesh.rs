@@ -33,6 +33,7 @@ impl Mesh {
             part_of_triangle: Vec::new(),
             parts: Vec::new(),
             uv: None,
+            grid: None,
             period: self.period * self.scale,
             notes: Vec::new(),
         };

@@ -24,8 +24,22 @@ pub struct Tile {
     pub uv: Option<Vec<[DVec2; 3]>>,
     /// Size of the period in x and y, positive.
     pub period: DVec2,
+    /// The heights that the triangles interpolate, where the surface is a height field and nothing else.
+    pub grid: Option<HeightGrid>,
     /// What the user should know about how the tile was made (dropped triangles, ignored normals, a seam's height).
     pub notes: Vec<String>,
+}
+
+/// A periodic height field: node `(i, j)` lies at `(i, j) * period / (columns, rows)`; node `(columns, j)` is node `(0, j)`.
+/// Each cell is cut along the diagonal from node `(i, j)` to `(i + 1, j + 1)`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeightGrid {
+    /// Nodes along x in one period.
+    pub columns: usize,
+    /// Nodes along y in one period.
+    pub rows: usize,
+    /// `rows` rows of `columns` heights, row `j = 0` at y = 0.
+    pub heights: Vec<f64>,
 }
 
 impl Tile {
