@@ -21,9 +21,11 @@
 pub mod brdf;
 pub mod direction;
 pub mod error;
+pub mod facets;
 pub mod filter;
 pub mod geometry;
 pub mod material;
 pub mod toml_reader;
+pub mod visibility;
 
 pub use error::{BadInput, Error, Result};

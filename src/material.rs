@@ -6,6 +6,7 @@ use crate::brdf::Brdf;
 use crate::error::{BadInput, Result};
 use crate::geometry::{Geometry, Tile};
 use crate::toml_reader::{Source, TableReader, range, suggest};
+use glam::DVec2;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -69,6 +70,16 @@ pub struct SmallScale {
     pub surfaces: Vec<Surface>,
     /// For each triangle of the tile its place in `surfaces`.
     pub surface_of_triangle: Vec<u16>,
+}
+
+impl TintImage {
+    /// The pixel that holds `uv`, both wrapped into the unit square.
+    pub fn lookup(&self, uv: DVec2) -> [f32; 3] {
+        let wrapped = uv - uv.floor();
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "wrapped into the image")]
+        let pixel = |x: f64, size: usize| ((x * size as f64) as usize).min(size - 1);
+        self.pixels[pixel(wrapped.y, self.height) * self.width + pixel(wrapped.x, self.width)]
+    }
 }
 
 impl Material {

@@ -3,6 +3,11 @@
 //! All methods are reached through [`effective`]. What a caller wants is in [`Quality`]; what it lends (a clock, a way to
 //! report progress and to be stopped) in [`Control`], so that no stage reads a global.
 
+mod demand;
+mod direct;
+mod lobes;
+mod sums;
+
 use crate::direction::Pair;
 use crate::error::{Error, Result};
 use crate::material::SmallScale;
@@ -120,6 +125,10 @@ pub struct Effective {
 /// [`Error::Unsupported`] for a method that this build lacks, [`Error::Interrupted`] when `control` asks to stop,
 /// [`Error::BadInput`] for a plan that is none.
 pub fn effective(surface: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
-    let _ = (surface, pairs, quality, control);
-    Err(Error::Unsupported { what: "every method".into(), remedy: "wait for the next commit".into() })
+    match quality.method {
+        Method::Auto | Method::Direct => direct::direct(surface, pairs, quality, control),
+        Method::LowRank | Method::SphericalGaussian | Method::Reference => {
+            Err(Error::Unsupported { what: "this method".into(), remedy: "use `--method direct`".into() })
+        }
+    }
 }

@@ -1,0 +1,350 @@
+//! Facets: the points at which a small-scale surface is sampled.
+//!
+//! Sample `t` of an Owen-scrambled Sobol' sequence in three dimensions chooses a triangle by the first coordinate, along the
+//! cumulative area of the triangles in a coherent order, and a point in it by the other two. Three properties of the
+//! sequence are used:
+//!
+//! - every aligned block of 2^k samples is stratified over the whole surface, so that more samples can be added to those
+//!   already there, and errors fall faster than at random;
+//! - the eight sub-blocks of a block are such samples themselves. They are the *sets* whose spread gives the standard error
+//!   (`numerics.md`, section 3.6), and halves and quarters of them tell how fast the error falls;
+//! - sorted along the first coordinate, the p-th samples of the eight sets lie in the same stretch of the surface. They are
+//!   stored side by side: lane `l` of the sums belongs to set `l mod 8`, and neighbouring lanes see nearly the same.
+
+use crate::material::{SmallScale, Tint};
+use glam::{DVec2, DVec3};
+use std::ops::Range;
+
+/// Sets of facets whose spread gives the standard error.
+pub const SETS: usize = 8;
+/// Facets that the sums take at once.
+pub const LANES: usize = 16;
+/// The facets of one surface start at a multiple of this and are filled up to one: a word of visibility bits.
+pub const ALIGNMENT: usize = 64;
+/// Triangle of a facet that only fills up.
+pub const NO_TRIANGLE: u32 = u32::MAX;
+
+/// A tile in units of its larger period, its triangles in a coherent order: what sampling and visibility work on.
+#[derive(Clone, Debug)]
+pub struct Surface {
+    /// Larger period, in the tile's units.
+    pub unit: f64,
+    /// Period in x and y; the larger is 1.
+    pub period: DVec2,
+    /// Positions.
+    pub vertices: Vec<DVec3>,
+    /// Triangles, sorted by surface, coarse normal and position.
+    pub triangles: Vec<[u32; 3]>,
+    /// Place of each triangle in the tile.
+    pub tile_triangle: Vec<u32>,
+    /// For each triangle the surface that covers it.
+    pub surface: Vec<u16>,
+    /// Unit normals.
+    pub normals: Vec<DVec3>,
+    /// Areas.
+    pub areas: Vec<f64>,
+}
+
+/// Facets, structure of arrays. All arrays have the same length, a multiple of [`ALIGNMENT`].
+#[derive(Clone, Debug, Default)]
+pub struct Facets {
+    /// Position, in units of the larger period.
+    pub position: Vec<DVec3>,
+    /// Place of the triangle in [`Surface::triangles`], or [`NO_TRIANGLE`].
+    pub triangle: Vec<u32>,
+    /// Components of the unit normal.
+    pub normal: [Vec<f32>; 3],
+    /// Area over the footprint `A` that the facet stands for, times the number of samples of its block; 0 where it only fills up.
+    pub weight: Vec<f32>,
+    /// Components of the tint, where a surface has an image of them.
+    pub tint: Option<[Vec<f32>; 3]>,
+    /// For each surface its facets.
+    pub ranges: Vec<Range<usize>>,
+    /// Samples, without those that only fill up.
+    pub samples: usize,
+}
+
+impl Surface {
+    /// Scales and sorts the triangles of a tile.
+    pub fn new(small: &SmallScale) -> Self {
+        let tile = &small.tile;
+        let unit = tile.period.max_element();
+        let vertices: Vec<DVec3> = tile.vertices.iter().map(|v| *v / unit).collect();
+        let normal_and_area = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|v| vertices[v as usize]);
+            let cross = (b - a).cross(c - a);
+            let length = cross.length();
+            (if length > 0.0 { cross / length } else { DVec3::ZERO }, 0.5 * length)
+        };
+        let low = vertices.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+        let extent = (vertices.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max) - low).max_element().max(f64::MIN_POSITIVE);
+        let mut order: Vec<(u64, u32)> = (0_u32..)
+            .zip(&tile.triangles)
+            .map(|(i, t)| {
+                let centre = (t.iter().map(|&v| vertices[v as usize]).sum::<DVec3>() / 3.0 - low) / extent;
+                let surface = u64::from(small.surface_of_triangle[i as usize]);
+                (surface << 48 | u64::from(normal_bin(normal_and_area(t).0)) << 30 | u64::from(morton(centre)), i)
+            })
+            .collect();
+        order.sort_unstable();
+        let sorted = |i: &(u64, u32)| tile.triangles[i.1 as usize];
+        let triangles: Vec<[u32; 3]> = order.iter().map(sorted).collect();
+        let (normals, areas) = triangles.iter().map(normal_and_area).unzip();
+        Self {
+            unit,
+            period: tile.period / unit,
+            vertices,
+            surface: order.iter().map(|o| small.surface_of_triangle[o.1 as usize]).collect(),
+            tile_triangle: order.iter().map(|o| o.1).collect(),
+            triangles,
+            normals,
+            areas,
+        }
+    }
+
+    /// Footprint `A` in units of the larger period.
+    pub fn footprint(&self) -> f64 {
+        self.period.x * self.period.y
+    }
+
+    /// Corners of a triangle.
+    pub fn corners(&self, triangle: usize) -> [DVec3; 3] {
+        self.triangles[triangle].map(|v| self.vertices[v as usize])
+    }
+}
+
+/// One of 24 coarse bins of normals: octant of the sphere, and the component that dominates.
+fn normal_bin(n: DVec3) -> u32 {
+    let octant = u32::from(n.x < 0.0) | u32::from(n.y < 0.0) << 1 | u32::from(n.z < 0.0) << 2;
+    let a = n.abs();
+    let dominant = if a.z >= a.x && a.z >= a.y {
+        0
+    } else if a.x >= a.y {
+        1
+    } else {
+        2
+    };
+    octant * 3 + dominant
+}
+
+/// Morton code, 10 bits a component, of a point of the unit cube.
+fn morton(p: DVec3) -> u32 {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 10 bits")]
+    let spread = |x: f64| {
+        let mut v = (x * 1024.0).clamp(0.0, 1023.0) as u32;
+        v = (v | v << 16) & 0x0300_00FF;
+        v = (v | v << 8) & 0x0300_F00F;
+        v = (v | v << 4) & 0x030C_30C3;
+        (v | v << 2) & 0x0924_9249
+    };
+    spread(p.x) | spread(p.y) << 1 | spread(p.z) << 2
+}
+
+/// Where samples go: the cumulative share of each triangle.
+#[derive(Clone, Debug)]
+pub struct Density {
+    /// Share of the samples that go to the triangles before each one, and 1 at the end.
+    cumulative: Vec<f64>,
+    /// For each triangle its area over the footprint divided by its share of the samples.
+    weight: Vec<f64>,
+}
+
+impl Density {
+    /// Samples in proportion to area times `importance`, one positive number a triangle.
+    pub fn new(surface: &Surface, importance: impl Fn(usize) -> f64) -> Self {
+        let mass: Vec<f64> = surface.areas.iter().enumerate().map(|(t, area)| area * importance(t)).collect();
+        let total: f64 = mass.iter().sum();
+        let mut sum = 0.0;
+        let mut cumulative = vec![0.0];
+        cumulative.extend(mass.iter().map(|m| {
+            sum += m;
+            sum / total
+        }));
+        let weight =
+            surface.areas.iter().zip(&mass).map(|(a, m)| if *m > 0.0 { a / surface.footprint() * total / m } else { 0.0 }).collect();
+        Self { cumulative, weight }
+    }
+}
+
+/// Samples to make facets of: for each set a run of the sequence. `rows`, the length of all runs, is a power of two, and each start is a
+/// multiple of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Runs {
+    /// First sample of each set.
+    pub starts: [u32; SETS],
+    /// Samples of each set.
+    pub rows: u32,
+}
+
+impl Runs {
+    /// Part `part` of `parts` of the samples `start..start + length`, the eighths of which are the sets.
+    pub fn of_block(start: u32, length: u32, part: u32, parts: u32) -> Self {
+        let (set, rows) = (length / SETS as u32, length / SETS as u32 / parts);
+        let mut starts = [start + part * rows; SETS];
+        for (r, s) in (0..).zip(&mut starts) {
+            *s += r * set;
+        }
+        Self { starts, rows }
+    }
+}
+
+/// Facets of some samples of the sequence `seed`.
+pub fn sample(small: &SmallScale, surface: &Surface, density: &Density, runs: Runs, seed: u32) -> Facets {
+    let rows = runs.rows as usize;
+    let samples = rows * SETS;
+    // One row a stretch of the surface, one column a set.
+    let mut table: Vec<(u32, [f32; 3])> = vec![(NO_TRIANGLE, [0.0; 3]); samples];
+    for (set, start) in runs.starts.into_iter().enumerate() {
+        for t in start..start + runs.rows {
+            let u = sobol(t, seed);
+            #[expect(clippy::cast_possible_truncation, reason = "a 32-bit fraction times a row count")]
+            let row = ((u64::from(u[0]) * rows as u64) >> 32) as usize;
+            let at = fraction(u[0]);
+            let triangle = density.cumulative.partition_point(|&c| c <= at).saturating_sub(1).min(surface.areas.len() - 1);
+            let slot = &mut table[row * SETS + set];
+            debug_assert_eq!(slot.0, NO_TRIANGLE, "two samples of a set in one stratum");
+            #[expect(clippy::cast_possible_truncation, reason = "barycentric coordinates; triangles are counted in u32")]
+            let made = (triangle as u32, low_distortion(fraction(u[1]), fraction(u[2])).map(|b| b as f32));
+            *slot = made;
+        }
+    }
+    let surfaces = small.surfaces.len();
+    let surface_of = |row: &[(u32, [f32; 3])], s: usize| row.iter().any(|f| usize::from(surface.surface[f.0 as usize]) == s);
+    let mut facets = Facets { samples, ..Facets::default() };
+    let tinted = small.surfaces.iter().any(|s| matches!(s.tint, Tint::Image(_)));
+    facets.tint = tinted.then(Default::default);
+    let mut next = 0;
+    for s in 0..surfaces {
+        let start = facets.triangle.len();
+        // A row at the seam of two surfaces is looked at for both.
+        while next > 0 && surface_of(&table[(next - 1) * SETS..next * SETS], s) {
+            next -= 1;
+        }
+        while next < rows && surface_of(&table[next * SETS..(next + 1) * SETS], s) {
+            for (triangle, bary) in &table[next * SETS..(next + 1) * SETS] {
+                let mine = usize::from(surface.surface[*triangle as usize]) == s;
+                facets.push(small, surface, density, mine.then_some((*triangle, *bary)));
+            }
+            next += 1;
+        }
+        while !facets.triangle.len().is_multiple_of(ALIGNMENT) {
+            facets.push(small, surface, density, None);
+        }
+        facets.ranges.push(start..facets.triangle.len());
+    }
+    facets
+}
+
+impl Facets {
+    fn push(&mut self, small: &SmallScale, surface: &Surface, density: &Density, facet: Option<(u32, [f32; 3])>) {
+        let (triangle, bary) = facet.unwrap_or((NO_TRIANGLE, [0.0; 3]));
+        self.triangle.push(triangle);
+        let (mut position, mut normal, mut weight, mut tint) = (DVec3::ZERO, DVec3::Z, 0.0, [0.0; 3]);
+        if facet.is_some() {
+            let t = triangle as usize;
+            let corners = surface.corners(t);
+            let bary = bary.map(f64::from);
+            position = corners[0] * bary[0] + corners[1] * bary[1] + corners[2] * bary[2];
+            normal = surface.normals[t];
+            weight = density.weight[t];
+            if let Tint::Image(image) = &small.surfaces[usize::from(surface.surface[t])].tint {
+                let uv = small.tile.uv.as_ref().expect("Material::build refuses an image without uv")[surface.tile_triangle[t] as usize];
+                tint = image.lookup(uv[0] * bary[0] + uv[1] * bary[1] + uv[2] * bary[2]);
+            }
+        }
+        self.position.push(position);
+        #[expect(clippy::cast_possible_truncation, reason = "the sums are in f32")]
+        {
+            for (component, value) in self.normal.iter_mut().zip(normal.to_array()) {
+                component.push(value as f32);
+            }
+            self.weight.push(weight as f32);
+        }
+        if let Some(components) = &mut self.tint {
+            for (component, value) in components.iter_mut().zip(tint) {
+                component.push(value);
+            }
+        }
+    }
+}
+
+/// Area-preserving map from the unit square to barycentric coordinates (Heitz 2019, "A low-distortion map between triangle and square").
+fn low_distortion(mut x: f64, mut y: f64) -> [f64; 3] {
+    if y > x {
+        x *= 0.5;
+        y -= x;
+    } else {
+        y *= 0.5;
+        x -= y;
+    }
+    [x, y, 1.0 - x - y]
+}
+
+/// A 32-bit fraction as a number in 0..1, at the middle of its step.
+fn fraction(bits: u32) -> f64 {
+    (f64::from(bits) + 0.5) / 4_294_967_296.0
+}
+
+/// Direction numbers of the second and third dimension of the Sobol' sequence (Joe and Kuo 2008), most significant bit first.
+const DIRECTIONS: [[u32; 32]; 2] = [direction_numbers(1, 0, [1, 0]), direction_numbers(2, 1, [1, 3])];
+
+const fn direction_numbers(degree: usize, polynomial: u32, first: [u32; 2]) -> [u32; 32] {
+    let mut v = [0_u32; 32];
+    let mut i = 0;
+    while i < 32 {
+        if i < degree {
+            v[i] = first[i] << (31 - i);
+        } else {
+            v[i] = v[i - degree] ^ (v[i - degree] >> degree);
+            let mut k = 1;
+            while k < degree {
+                if (polynomial >> (degree - 1 - k)) & 1 == 1 {
+                    v[i] ^= v[i - k];
+                }
+                k += 1;
+            }
+        }
+        i += 1;
+    }
+    v
+}
+
+/// Point `index` of the Sobol' sequence in three dimensions, Owen-scrambled by `seed`, as 32-bit fractions.
+pub fn sobol(index: u32, seed: u32) -> [u32; 3] {
+    let mut point = [index.reverse_bits(), 0, 0];
+    for (value, numbers) in point[1..].iter_mut().zip(&DIRECTIONS) {
+        let mut rest = index;
+        while rest != 0 {
+            let bit = rest.trailing_zeros();
+            *value ^= numbers[bit as usize];
+            rest &= rest - 1;
+        }
+    }
+    let mut dimension = 0;
+    point.map(|x| {
+        dimension += 1;
+        owen_scramble(x, hash(seed ^ hash(dimension)))
+    })
+}
+
+/// Nested uniform scramble by a hash in which each bit depends on higher bits only (Laine and Karras 2011, with the constants of
+/// Vegdahl 2021, "Building a better LK hash").
+fn owen_scramble(x: u32, seed: u32) -> u32 {
+    let mut x = x.reverse_bits();
+    x ^= x.wrapping_mul(0x3d20_adea);
+    x = x.wrapping_add(seed);
+    x = x.wrapping_mul((seed >> 16) | 1);
+    x ^= x.wrapping_mul(0x0552_6c56);
+    x ^= x.wrapping_mul(0x53a2_2864);
+    x.reverse_bits()
+}
+
+/// A hash of 32 bits with low bias (Wellons 2018, "lowbias32").
+pub fn hash(mut x: u32) -> u32 {
+    x = x.wrapping_add(0x9e37_79b9);
+    x ^= x >> 16;
+    x = x.wrapping_mul(0x7feb_352d);
+    x ^= x >> 15;
+    x = x.wrapping_mul(0x846c_a68b);
+    x ^ x >> 16
+}

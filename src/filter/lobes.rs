@@ -1,0 +1,212 @@
+//! The lobes of the small-scale BRDFs, split into what depends on one direction and what depends on both.
+//!
+//! `fr (n·i)(n·o)` of every analytic model is `colour(pair) · side(n·i) · side(n·o) · shape(n·h)`: a sum over facets needs `side` once a
+//! facet and direction and `shape` once a facet and pair, and colours and Fresnel's factor, which depends on `i·h` alone, once a
+//! pair. [`Side`] and [`Shape`] work on [`LANES`] facets in f32; `crate::brdf::Brdf::eval` is their plain twin.
+
+use crate::brdf::{Brdf, Colour, Distribution};
+use crate::facets::LANES;
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// One number for each of the facets that the sums take at once.
+pub type Lanes = [f32; LANES];
+
+/// One lobe of a BRDF.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lobe<'a> {
+    /// Colour of the lobe, with the surface's tint.
+    pub colour: Colour,
+    /// Reflectance at normal incidence of Schlick's factor; without it the factor is 1.
+    pub f0: Option<Colour>,
+    /// What depends on one direction.
+    pub side: Side,
+    /// What depends on the half vector.
+    pub shape: Shape,
+    /// A BRDF that does not split: its values replace `side` and `shape`.
+    pub whole: Option<&'a Brdf>,
+}
+
+/// What depends on one direction, by its cosine with the normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Side {
+    /// The cosine.
+    Cosine,
+    /// Its square root (Ward).
+    Root,
+    /// Smith's G1 for GGX, by `alpha²`.
+    Ggx(f32),
+    /// Smith's G1 for Beckmann, by `alpha`.
+    Beckmann(f32),
+}
+
+/// What depends on the half vector `h`, up to the constant that `colour` holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// 1.
+    Constant,
+    /// `1 / (cos² alpha² + sin²)²`, by `alpha²`.
+    Ggx(f32),
+    /// `exp(-tan² / alpha²) / cos⁴`, by `1 / alpha²`.
+    Beckmann(f32),
+    /// `exp(-tan² / alpha²)`, by `1 / alpha²`.
+    Ward(f32),
+    /// `cos^e`, by `e`.
+    Power(f32),
+}
+
+/// The lobes of a BRDF under a tint. Lobes that are black are left out: nothing is summed for them.
+#[expect(clippy::cast_possible_truncation, reason = "the sums are in f32")]
+pub fn lobes(brdf: &Brdf, tint: Colour) -> Vec<Lobe<'_>> {
+    let tinted = |colour: &Colour, factor: f64| std::array::from_fn(|c| colour[c] * tint[c] * factor);
+    let lobe = |colour, side, shape| Lobe { colour, f0: None, side, shape, whole: None };
+    let diffuse = |colour: &Colour| lobe(tinted(colour, 1.0 / PI), Side::Cosine, Shape::Constant);
+    let mut lobes = match brdf {
+        Brdf::Lambert { albedo } => vec![diffuse(albedo)],
+        Brdf::BlinnPhong { diffuse: d, specular, exponent } => {
+            vec![diffuse(d), lobe(tinted(specular, (exponent + 2.0) / (2.0 * PI)), Side::Cosine, Shape::Power(*exponent as f32))]
+        }
+        Brdf::CookTorrance { diffuse: d, specular, alpha, distribution, f0 } => {
+            let a2 = alpha * alpha;
+            let specular = match distribution {
+                Distribution::Ggx => lobe(tinted(specular, a2 / (4.0 * PI)), Side::Ggx(a2 as f32), Shape::Ggx(a2 as f32)),
+                Distribution::Beckmann => {
+                    lobe(tinted(specular, 1.0 / (4.0 * PI * a2)), Side::Beckmann(*alpha as f32), Shape::Beckmann((1.0 / a2) as f32))
+                }
+            };
+            vec![diffuse(d), Lobe { f0: *f0, ..specular }]
+        }
+        Brdf::Ward { diffuse: d, specular, alpha } => {
+            let a2 = alpha * alpha;
+            vec![diffuse(d), lobe(tinted(specular, 1.0 / (4.0 * PI * a2)), Side::Root, Shape::Ward((1.0 / a2) as f32))]
+        }
+    };
+    lobes.retain(|lobe| lobe.colour != [0.0; 3]);
+    lobes
+}
+
+impl Lobe<'_> {
+    /// Colour of the lobe for a pair whose half vector has cosine `i_dot_h` with the light.
+    pub fn colour_at(&self, i_dot_h: f64) -> Colour {
+        let grazing = (1.0 - i_dot_h).clamp(0.0, 1.0).powi(5);
+        std::array::from_fn(|c| self.colour[c] * self.f0.map_or(1.0, |f| f[c] + (1.0 - f[c]) * grazing))
+    }
+}
+
+impl Side {
+    /// The factor of facets whose cosines with the direction are `cosine`, all in `0..=1`.
+    #[inline(always)]
+    pub fn eval(self, cosine: &Lanes) -> Lanes {
+        let mut out = *cosine;
+        match self {
+            Self::Cosine => {}
+            Self::Root => out.iter_mut().for_each(|c| *c = c.sqrt()),
+            Self::Ggx(a2) => out.iter_mut().for_each(|c| {
+                // 2 / (1 + sqrt(1 + alpha² tan²)), times cos / cos
+                let root = (*c * *c + a2 * (1.0 - *c * *c).max(0.0)).sqrt();
+                *c = 2.0 * *c / (*c + root).max(f32::MIN_POSITIVE);
+            }),
+            Self::Beckmann(alpha) => out.iter_mut().for_each(|c| {
+                let k = *c / (alpha * (1.0 - *c * *c).max(1e-12).sqrt());
+                let rational = (3.535 * k + 2.181 * k * k) / (1.0 + 2.276 * k + 2.577 * k * k);
+                *c = if k < 1.6 { rational } else { 1.0 };
+            }),
+        }
+        out
+    }
+}
+
+/// The half vector of a pair, as the shapes need it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Half {
+    /// The unit half vector.
+    pub h: [f32; 3],
+    /// `1 / |wi + wo|`: `n·h = (n·wi + n·wo)` times this.
+    pub inverse_length: f32,
+}
+
+impl Half {
+    /// Of two directions that are not opposite.
+    #[expect(clippy::cast_possible_truncation, reason = "the sums are in f32")]
+    pub fn new(wi: DVec3, wo: DVec3) -> Self {
+        let sum = wi + wo;
+        let inverse = 1.0 / sum.length().max(1e-12);
+        Self { h: (sum * inverse).to_array().map(|x| x as f32), inverse_length: inverse as f32 }
+    }
+}
+
+/// Lobes narrower than this take `sin²` from `n - h`: `1 - (n·h)²` in f32 is off by 1e-7, which must be small against `alpha²`.
+const NARROW: f32 = 0.03;
+
+impl Shape {
+    /// Whether `sin²` of the half angle must come from `n - h`.
+    pub fn is_narrow(self) -> bool {
+        match self {
+            Self::Constant => false,
+            Self::Ggx(a2) => a2 < NARROW * NARROW,
+            Self::Beckmann(inverse_a2) | Self::Ward(inverse_a2) => inverse_a2 > 1.0 / (NARROW * NARROW),
+            Self::Power(e) => e > 2.0 / (NARROW * NARROW),
+        }
+    }
+
+    /// The factor of facets whose normal has `sin²` and `cos²` with the half vector.
+    #[inline(always)]
+    pub fn eval(self, sin2: &Lanes, cos2: &Lanes) -> Lanes {
+        let mut out = [1.0; LANES];
+        match self {
+            Self::Constant => {}
+            Self::Ggx(a2) => {
+                for l in 0..LANES {
+                    let t = cos2[l] * a2 + sin2[l];
+                    out[l] = 1.0 / (t * t);
+                }
+            }
+            Self::Beckmann(inverse_a2) => {
+                for l in 0..LANES {
+                    let inverse_cos2 = 1.0 / cos2[l].max(1e-8);
+                    out[l] = exp(-(sin2[l] * inverse_cos2) * inverse_a2) * inverse_cos2 * inverse_cos2;
+                }
+            }
+            Self::Ward(inverse_a2) => {
+                for l in 0..LANES {
+                    out[l] = exp(-(sin2[l] / cos2[l].max(1e-8)) * inverse_a2);
+                }
+            }
+            Self::Power(e) => {
+                for l in 0..LANES {
+                    out[l] = exp(0.5 * e * ln_1m(sin2[l]));
+                }
+            }
+        }
+        out
+    }
+}
+
+/// `e^x` for `x <= 0`, relative error below 3e-7; 2^-80 from there down: subnormal numbers would be ten times slower.
+#[inline(always)]
+fn exp(x: f32) -> f32 {
+    /// Added to a number of at most 2^22, leaves it rounded in the lowest bits of the sum.
+    const ROUND: f32 = 12_582_912.0;
+    let y = (x * std::f32::consts::LOG2_E).max(-80.0);
+    let shifted = y + ROUND;
+    let f = y - (shifted - ROUND);
+    // 2^f on -1/2..1/2 (Cephes' exp2f).
+    let p = ((((1.535_336_2e-4 * f + 1.339_887_4e-3) * f + 9.618_437e-3) * f + 5.550_332_6e-2) * f + 0.240_226_46) * f + 0.693_147_2;
+    f32::from_bits((shifted.to_bits() << 23).wrapping_add(127 << 23)) * (p * f + 1.0)
+}
+
+/// `ln(1 - s)` for `s` in `0..1`, accurate to a few units in the last place also where `s` is tiny; -80 from `s = 1` on.
+#[inline(always)]
+fn ln_1m(s: f32) -> f32 {
+    let y = (1.0 - s).max(1e-30);
+    // What the rounding of 1 - s lost (Hewlett-Packard's log1p).
+    let lost = ((1.0 - y) - s) / y;
+    let bits = y.to_bits();
+    // y = m 2^k with m in sqrt(1/2)..sqrt(2)
+    let k = ((bits.wrapping_sub(0x3f35_04f3)) as i32) >> 23;
+    let m = f32::from_bits(bits.wrapping_sub((k << 23) as u32));
+    let z = (m - 1.0) / (m + 1.0);
+    let z2 = z * z;
+    let ln_m = 2.0 * z * (1.0 + z2 * (0.333_333_34 + z2 * (0.2 + z2 * (0.142_857_15 + z2 * 0.117_0))));
+    ln_m + k as f32 * std::f32::consts::LN_2 + lost
+}

@@ -1,0 +1,333 @@
+//! Direct sums over facets: `S` and `av` of many pairs, for eight sets of facets at once.
+//!
+//! A task is a run of pairs between few directions. For each block of facets, what depends on one direction ([`Side`] and the
+//! visibility bit) is worked out once a direction; what depends on the half vector ([`Shape`]) once a pair, [`LANES`] facets at a
+//! time. Lane `l` belongs to set `l mod 8`, so the eight sums that the standard error needs cost nothing. Chunks of facets that one
+//! of the two directions does not see at all are skipped.
+//!
+//! Additions happen in an order that the data alone fixes, with no fused operations: the bits are the same at any number of
+//! threads and any width of the machine's registers.
+
+use super::demand::Demand;
+use super::lobes::{Half, Lanes, Lobe, Shape, Side};
+use crate::brdf::Brdf;
+use crate::facets::{Facets, LANES, SETS};
+use crate::visibility::Bits;
+use glam::DVec3;
+use pulp::Arch;
+use std::ops::Range;
+
+/// Chunks of a block of facets; one bit each of a `u32`.
+const BLOCK_CHUNKS: usize = 32;
+/// Facets of a block: what one direction needs of it, 4 KiB, stays in the caches for all pairs of a task.
+const BLOCK: usize = BLOCK_CHUNKS * LANES;
+/// Blocks after which sums in f32 are added to sums in f64, so that no addend gets lost.
+const FLUSH_BLOCKS: usize = 64;
+
+/// Sums of a pair: RGB for each set.
+pub type PairSums = [[f64; 3]; SETS];
+
+/// One block of facets as one direction sees it.
+struct View {
+    /// `n·w` where the facet is seen, else 0.
+    cosine: [Lanes; BLOCK_CHUNKS],
+    /// The lobe's [`Side`] times the root of the facet's weight where the facet is seen, else 0.
+    side: [Lanes; BLOCK_CHUNKS],
+    /// Bit `k`: some facet of chunk `k` is seen.
+    chunks: u32,
+}
+
+/// Sums over the facets of `weight (n·w)+ V(w)` for one direction, a set each: `av/A` times the number of samples.
+pub fn visible_area(facets: &Facets, direction: DVec3, bits: &[u64]) -> [f64; SETS] {
+    let mut sums = [0.0; SETS];
+    Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for block in blocks(0..facets.triangle.len()) {
+                let mut acc = [0.0; LANES];
+                for chunk in block.step_by(LANES) {
+                    let mask = seen(bits, chunk);
+                    if mask != 0 {
+                        let cosine = masked_cosine(facets, chunk, direction, mask);
+                        let weight = lanes(&facets.weight, chunk);
+                        for l in 0..LANES {
+                            acc[l] += cosine[l] * weight[l];
+                        }
+                    }
+                }
+                for (l, a) in acc.iter().enumerate() {
+                    sums[l % SETS] += f64::from(*a);
+                }
+            }
+        },
+    );
+    sums
+}
+
+/// Adds to `sums`, one element a pair of `task`, the sums over the facets of all surfaces; `lobes` holds each surface's.
+pub fn add_pairs(facets: &Facets, bits: &Bits, demand: &Demand, task: Range<usize>, lobes: &[Vec<Lobe<'_>>], sums: &mut [PairSums]) {
+    let pairs = &demand.pairs[task];
+    let mut used: Vec<u32> = pairs.iter().flatten().copied().collect();
+    used.sort_unstable();
+    used.dedup();
+    let local = |d: u32| used.binary_search(&d).expect("collected above");
+    let pairs: Vec<Local> = pairs
+        .iter()
+        .map(|&[i, o]| {
+            let (wi, wo) = (demand.directions[i as usize], demand.directions[o as usize]);
+            Local { i: local(i), o: local(o), wi, wo, half: Half::new(wi, wo) }
+        })
+        .collect();
+    let directions: Vec<(DVec3, &[u64])> = used.iter().map(|&d| (demand.directions[d as usize], bits.row(d as usize))).collect();
+    for (range, lobes) in facets.ranges.iter().zip(lobes) {
+        for lobe in lobes {
+            Arch::new().dispatch(
+                #[inline(always)]
+                || add_lobe(facets, range.clone(), &directions, &pairs, lobe, sums),
+            );
+        }
+    }
+}
+
+/// A pair of a task, its directions by their place in the task.
+struct Local {
+    i: usize,
+    o: usize,
+    wi: DVec3,
+    wo: DVec3,
+    half: Half,
+}
+
+fn blocks(range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
+    range.clone().step_by(BLOCK).map(move |start| start..(start + BLOCK).min(range.end))
+}
+
+#[inline(always)]
+fn lanes(values: &[f32], chunk: usize) -> Lanes {
+    values[chunk..chunk + LANES].try_into().expect("facets come in whole chunks")
+}
+
+/// The visibility bits of a chunk.
+#[inline(always)]
+fn seen(bits: &[u64], chunk: usize) -> u32 {
+    (bits[chunk / 64] >> (chunk % 64)) as u32 & 0xFFFF
+}
+
+/// `n·w` where the facet is seen, else 0.
+#[inline(always)]
+#[expect(clippy::cast_possible_truncation, reason = "the sums are in f32")]
+fn masked_cosine(facets: &Facets, chunk: usize, direction: DVec3, mask: u32) -> Lanes {
+    let w = direction.to_array().map(|x| x as f32);
+    let n = [0, 1, 2].map(|c| lanes(&facets.normal[c], chunk));
+    let mut cosine = [0.0; LANES];
+    for l in 0..LANES {
+        let c = (n[0][l] * w[0] + n[1][l] * w[1] + n[2][l] * w[2]).clamp(0.0, 1.0);
+        cosine[l] = if mask >> l & 1 == 1 { c } else { 0.0 };
+    }
+    cosine
+}
+
+#[inline(always)]
+fn view(facets: &Facets, block: Range<usize>, direction: DVec3, bits: &[u64], side: Side, view: &mut View) {
+    view.chunks = 0;
+    for (k, chunk) in block.step_by(LANES).enumerate() {
+        let mask = seen(bits, chunk);
+        if mask == 0 {
+            continue;
+        }
+        view.chunks |= 1 << k;
+        let cosine = masked_cosine(facets, chunk, direction, mask);
+        let weight = lanes(&facets.weight, chunk);
+        let mut value = side.eval(&cosine);
+        for l in 0..LANES {
+            value[l] = if mask >> l & 1 == 1 { value[l] * weight[l].sqrt() } else { 0.0 };
+        }
+        view.cosine[k] = cosine;
+        view.side[k] = value;
+    }
+}
+
+#[inline(always)]
+fn add_lobe(facets: &Facets, range: Range<usize>, directions: &[(DVec3, &[u64])], pairs: &[Local], lobe: &Lobe<'_>, sums: &mut [PairSums]) {
+    if let Some(brdf) = lobe.whole {
+        return add_whole(facets, range, directions, pairs, lobe, brdf, sums);
+    }
+    let empty = || View { cosine: [[0.0; LANES]; BLOCK_CHUNKS], side: [[0.0; LANES]; BLOCK_CHUNKS], chunks: 0 };
+    let mut views: Vec<View> = directions.iter().map(|_| empty()).collect();
+    let channels = if facets.tint.is_some() { 3 } else { 1 };
+    let mut acc: Vec<Lanes> = vec![[0.0; LANES]; pairs.len() * channels];
+    let mut until_flush = FLUSH_BLOCKS;
+    for block in blocks(range.clone()) {
+        for ((direction, bits), v) in directions.iter().zip(&mut views) {
+            view(facets, block.clone(), *direction, bits, lobe.side, v);
+        }
+        match (&facets.tint, lobe.shape, lobe.shape.is_narrow()) {
+            (Some(tint), shape, narrow) => add_tinted(facets, &block, &views, pairs, (shape, narrow), tint, &mut acc),
+            (None, Shape::Constant, _) => add_constant(&views, pairs, &mut acc),
+            // Matched here, outside the loops, so that each shape gets loops of its own.
+            (None, Shape::Ggx(a2), false) => add_wide(&views, pairs, Shape::Ggx(a2), &mut acc),
+            (None, Shape::Beckmann(a), false) => add_wide(&views, pairs, Shape::Beckmann(a), &mut acc),
+            (None, Shape::Ward(a), false) => add_wide(&views, pairs, Shape::Ward(a), &mut acc),
+            (None, Shape::Power(e), false) => add_wide(&views, pairs, Shape::Power(e), &mut acc),
+            (None, shape, true) => add_narrow(facets, &block, &views, pairs, shape, &mut acc),
+        }
+        until_flush -= 1;
+        if until_flush == 0 {
+            flush(&mut acc, channels, pairs, lobe, sums);
+            until_flush = FLUSH_BLOCKS;
+        }
+    }
+    flush(&mut acc, channels, pairs, lobe, sums);
+}
+
+/// Adds the sums in f32 to the sets, coloured, and clears them.
+fn flush(acc: &mut [Lanes], channels: usize, pairs: &[Local], lobe: &Lobe<'_>, sums: &mut [PairSums]) {
+    for ((acc, pair), sums) in acc.chunks_exact_mut(channels).zip(pairs).zip(sums) {
+        let colour = lobe.colour_at(pair.wi.dot((pair.wi + pair.wo).normalize_or_zero()));
+        for (r, set) in sums.iter_mut().enumerate() {
+            for c in 0..3 {
+                let lanes = &acc[c.min(channels - 1)];
+                set[c] += colour[c] * (f64::from(lanes[r]) + f64::from(lanes[r + SETS]));
+            }
+        }
+        acc.fill([0.0; LANES]);
+    }
+}
+
+/// Calls `each` with the chunks that both directions see.
+#[inline(always)]
+fn common_chunks(a: &View, b: &View, mut each: impl FnMut(usize)) {
+    let mut chunks = a.chunks & b.chunks;
+    while chunks != 0 {
+        each(chunks.trailing_zeros() as usize);
+        chunks &= chunks - 1;
+    }
+}
+
+#[inline(always)]
+fn add_constant(views: &[View], pairs: &[Local], acc: &mut [Lanes]) {
+    for (pair, acc) in pairs.iter().zip(acc) {
+        let (i, o) = (&views[pair.i], &views[pair.o]);
+        let mut sum = *acc;
+        common_chunks(i, o, |k| {
+            for l in 0..LANES {
+                sum[l] += i.side[k][l] * o.side[k][l];
+            }
+        });
+        *acc = sum;
+    }
+}
+
+/// `sin²` and `cos²` of the half angle from `n·h`.
+#[inline(always)]
+fn half_angle_wide(i: &View, o: &View, k: usize, half: &Half) -> (Lanes, Lanes) {
+    let (mut sin2, mut cos2) = ([0.0; LANES], [0.0; LANES]);
+    for l in 0..LANES {
+        let cos = (i.cosine[k][l] + o.cosine[k][l]) * half.inverse_length;
+        cos2[l] = (cos * cos).min(1.0);
+        sin2[l] = 1.0 - cos2[l];
+    }
+    (sin2, cos2)
+}
+
+/// `sin²` and `cos²` of the half angle from `n - h`, which does not cancel.
+#[inline(always)]
+fn half_angle_narrow(facets: &Facets, chunk: usize, half: &Half) -> (Lanes, Lanes) {
+    let n = [0, 1, 2].map(|c| lanes(&facets.normal[c], chunk));
+    let (mut sin2, mut cos2) = ([0.0; LANES], [0.0; LANES]);
+    for l in 0..LANES {
+        let d = [n[0][l] - half.h[0], n[1][l] - half.h[1], n[2][l] - half.h[2]];
+        let d2 = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).min(2.0);
+        sin2[l] = d2 * (1.0 - 0.25 * d2);
+        cos2[l] = (1.0 - 0.5 * d2) * (1.0 - 0.5 * d2);
+    }
+    (sin2, cos2)
+}
+
+#[inline(always)]
+fn add_wide(views: &[View], pairs: &[Local], shape: Shape, acc: &mut [Lanes]) {
+    for (pair, acc) in pairs.iter().zip(acc) {
+        let (i, o) = (&views[pair.i], &views[pair.o]);
+        let mut sum = *acc;
+        common_chunks(i, o, |k| {
+            let (sin2, cos2) = half_angle_wide(i, o, k, &pair.half);
+            let value = shape.eval(&sin2, &cos2);
+            for l in 0..LANES {
+                sum[l] += i.side[k][l] * o.side[k][l] * value[l];
+            }
+        });
+        *acc = sum;
+    }
+}
+
+#[inline(always)]
+fn add_narrow(facets: &Facets, block: &Range<usize>, views: &[View], pairs: &[Local], shape: Shape, acc: &mut [Lanes]) {
+    for (pair, acc) in pairs.iter().zip(acc) {
+        let (i, o) = (&views[pair.i], &views[pair.o]);
+        let mut sum = *acc;
+        common_chunks(i, o, |k| {
+            let (sin2, cos2) = half_angle_narrow(facets, block.start + k * LANES, &pair.half);
+            let value = shape.eval(&sin2, &cos2);
+            for l in 0..LANES {
+                sum[l] += i.side[k][l] * o.side[k][l] * value[l];
+            }
+        });
+        *acc = sum;
+    }
+}
+
+/// The same with a tint for each facet: three sums a pair.
+#[inline(always)]
+fn add_tinted(
+    facets: &Facets,
+    block: &Range<usize>,
+    views: &[View],
+    pairs: &[Local],
+    (shape, narrow): (Shape, bool),
+    tint: &[Vec<f32>; 3],
+    acc: &mut [Lanes],
+) {
+    for (pair, acc) in pairs.iter().zip(acc.chunks_exact_mut(3)) {
+        let (i, o) = (&views[pair.i], &views[pair.o]);
+        common_chunks(i, o, |k| {
+            let chunk = block.start + k * LANES;
+            let (sin2, cos2) = if narrow { half_angle_narrow(facets, chunk, &pair.half) } else { half_angle_wide(i, o, k, &pair.half) };
+            let value = shape.eval(&sin2, &cos2);
+            for (sum, tint) in acc.iter_mut().zip(tint) {
+                let tint = lanes(tint, chunk);
+                for l in 0..LANES {
+                    sum[l] += i.side[k][l] * o.side[k][l] * value[l] * tint[l];
+                }
+            }
+        });
+    }
+}
+
+/// Facet by facet, for BRDFs that do not split.
+fn add_whole(
+    facets: &Facets,
+    range: Range<usize>,
+    directions: &[(DVec3, &[u64])],
+    pairs: &[Local],
+    lobe: &Lobe<'_>,
+    brdf: &Brdf,
+    sums: &mut [PairSums],
+) {
+    for (pair, sums) in pairs.iter().zip(sums) {
+        let (bi, bo) = (directions[pair.i].1, directions[pair.o].1);
+        for word in range.start / 64..range.end / 64 {
+            let mut both = bi[word] & bo[word];
+            while both != 0 {
+                let f = word * 64 + both.trailing_zeros() as usize;
+                both &= both - 1;
+                let n = DVec3::from_array([0, 1, 2].map(|c| f64::from(facets.normal[c][f]))).normalize();
+                let fr = brdf.eval(n, pair.wi, pair.wo);
+                let factor = f64::from(facets.weight[f]) * n.dot(pair.wi).max(0.0) * n.dot(pair.wo).max(0.0);
+                for c in 0..3 {
+                    let tint = facets.tint.as_ref().map_or(1.0, |t| f64::from(t[c][f]));
+                    sums[f % SETS][c] += lobe.colour[c] * tint * factor * fr[c];
+                }
+            }
+        }
+    }
+}
