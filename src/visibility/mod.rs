@@ -4,6 +4,10 @@
 //! many periods away.
 
 pub mod raster;
+pub mod rays;
+
+#[cfg(test)]
+pub(crate) mod test_tiles;
 
 /// Visibility bits: one row a direction, one bit a facet.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
