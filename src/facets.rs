@@ -43,6 +43,10 @@ pub struct Surface {
     pub normals: Vec<DVec3>,
     /// Areas.
     pub areas: Vec<f64>,
+    /// Places of the triangles, those that reach highest first.
+    pub top_down: Vec<u32>,
+    /// Highest less lowest z.
+    pub height: f64,
 }
 
 /// Facets, structure of arrays. All arrays have the same length, a multiple of [`ALIGNMENT`].
@@ -89,13 +93,21 @@ impl Surface {
         order.sort_unstable();
         let sorted = |i: &(u64, u32)| tile.triangles[i.1 as usize];
         let triangles: Vec<[u32; 3]> = order.iter().map(sorted).collect();
+        let top = |t: &[u32; 3]| t.iter().fold(f64::NEG_INFINITY, |top, &v| top.max(vertices[v as usize].z));
+        let tops: Vec<f64> = triangles.iter().map(top).collect();
+        let mut top_down: Vec<u32> = (0_u32..).take(triangles.len()).collect();
+        top_down.sort_by(|&a, &b| tops[b as usize].total_cmp(&tops[a as usize]));
+        let used = || triangles.iter().flatten().map(|&v| vertices[v as usize].z);
+        let height = used().fold(f64::NEG_INFINITY, f64::max) - used().fold(f64::INFINITY, f64::min);
         let (normals, areas) = triangles.iter().map(normal_and_area).unzip();
         Self {
             unit,
             period: tile.period / unit,
-            vertices,
+            top_down,
+            height: height.max(0.0),
             surface: order.iter().map(|o| small.surface_of_triangle[o.1 as usize]).collect(),
             tile_triangle: order.iter().map(|o| o.1).collect(),
+            vertices,
             triangles,
             normals,
             areas,

@@ -25,6 +25,7 @@ pub mod facets;
 pub mod filter;
 pub mod geometry;
 pub mod material;
+mod simd;
 pub mod toml_reader;
 pub mod visibility;
 

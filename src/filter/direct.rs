@@ -167,6 +167,7 @@ fn finish(sums: &Accumulated, demand: &Demand, pairs: &[Pair]) -> (Vec<Value>, f
             value
         })
         .collect();
+    if std::env::var("DBG").is_ok() { let e = energy.max(1e-30); eprintln!("N {} e8 {:.5} e4 {:.5} e2 {:.5}", sums.samples, (spread[0]/e).sqrt(), (spread[1]/e).sqrt(), (spread[2]/e).sqrt()); }
     let factor = falls(spread);
     let mut values = values;
     for v in &mut values {

@@ -12,9 +12,9 @@ use super::demand::Demand;
 use super::lobes::{Half, Lanes, Lobe, Shape, Side};
 use crate::brdf::Brdf;
 use crate::facets::{Facets, LANES, SETS};
+use crate::simd::{self, Kernel};
 use crate::visibility::Bits;
 use glam::DVec3;
-use pulp::Arch;
 use std::ops::Range;
 
 /// Chunks of a block of facets; one bit each of a `u32`.
@@ -39,29 +39,40 @@ struct View {
 
 /// Sums over the facets of `weight (n·w)+ V(w)` for one direction, a set each: `av/A` times the number of samples.
 pub fn visible_area(facets: &Facets, direction: DVec3, bits: &[u64]) -> [f64; SETS] {
-    let mut sums = [0.0; SETS];
-    Arch::new().dispatch(
-        #[inline(always)]
-        || {
-            for block in blocks(0..facets.triangle.len()) {
-                let mut acc = [0.0; LANES];
-                for chunk in block.step_by(LANES) {
-                    let mask = seen(bits, chunk);
-                    if mask != 0 {
-                        let cosine = masked_cosine(facets, chunk, direction, mask);
-                        let weight = lanes(&facets.weight, chunk);
-                        for l in 0..LANES {
-                            acc[l] += cosine[l] * weight[l];
-                        }
+    simd::run(VisibleArea { facets, direction, bits })
+}
+
+struct VisibleArea<'a> {
+    facets: &'a Facets,
+    direction: DVec3,
+    bits: &'a [u64],
+}
+
+impl Kernel for VisibleArea<'_> {
+    type Output = [f64; SETS];
+
+    #[inline(always)]
+    fn run(self) -> [f64; SETS] {
+        let Self { facets, direction, bits } = self;
+        let mut sums = [0.0; SETS];
+        for block in blocks(0..facets.triangle.len()) {
+            let mut acc = [0.0; LANES];
+            for chunk in block.step_by(LANES) {
+                let mask = seen(bits, chunk);
+                if mask != 0 {
+                    let cosine = masked_cosine(facets, chunk, direction, mask);
+                    let weight = lanes(&facets.weight, chunk);
+                    for l in 0..LANES {
+                        acc[l] += cosine[l] * weight[l];
                     }
                 }
-                for (l, a) in acc.iter().enumerate() {
-                    sums[l % SETS] += f64::from(*a);
-                }
             }
-        },
-    );
-    sums
+            for (l, a) in acc.iter().enumerate() {
+                sums[l % SETS] += f64::from(*a);
+            }
+        }
+        sums
+    }
 }
 
 /// Adds to `sums`, one element a pair of `task`, the sums over the facets of all surfaces; `lobes` holds each surface's.
@@ -81,10 +92,7 @@ pub fn add_pairs(facets: &Facets, bits: &Bits, demand: &Demand, task: Range<usiz
     let directions: Vec<(DVec3, &[u64])> = used.iter().map(|&d| (demand.directions[d as usize], bits.row(d as usize))).collect();
     for (range, lobes) in facets.ranges.iter().zip(lobes) {
         for lobe in lobes {
-            Arch::new().dispatch(
-                #[inline(always)]
-                || add_lobe(facets, range.clone(), &directions, &pairs, lobe, sums),
-            );
+            simd::run(AddLobe { facets, range: range.clone(), directions: &directions, pairs: &pairs, lobe, sums });
         }
     }
 }
@@ -144,6 +152,24 @@ fn view(facets: &Facets, block: Range<usize>, direction: DVec3, bits: &[u64], si
         }
         view.cosine[k] = cosine;
         view.side[k] = value;
+    }
+}
+
+struct AddLobe<'a> {
+    facets: &'a Facets,
+    range: Range<usize>,
+    directions: &'a [(DVec3, &'a [u64])],
+    pairs: &'a [Local],
+    lobe: &'a Lobe<'a>,
+    sums: &'a mut [PairSums],
+}
+
+impl Kernel for AddLobe<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        add_lobe(self.facets, self.range, self.directions, self.pairs, self.lobe, self.sums);
     }
 }
 

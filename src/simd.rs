@@ -1,0 +1,30 @@
+//! Running a kernel with the widest registers that the machine has.
+//!
+//! Kernels are plain loops over arrays of lanes. Compiled for each level of the processor they become vector code, and since none of
+//! them fuses or reorders additions, every level gives the same bits.
+
+use pulp::{Arch, Simd, WithSimd};
+
+/// A kernel: its `run` and all that it calls must be `#[inline(always)]`, or they are compiled for the oldest processor.
+pub trait Kernel {
+    /// What it computes.
+    type Output;
+    /// Computes it.
+    fn run(self) -> Self::Output;
+}
+
+struct Vectorised<K>(K);
+
+impl<K: Kernel> WithSimd for Vectorised<K> {
+    type Output = K::Output;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> K::Output {
+        self.0.run()
+    }
+}
+
+/// Runs `kernel`, compiled for this machine's processor.
+pub fn run<K: Kernel>(kernel: K) -> K::Output {
+    Arch::new().dispatch(Vectorised(kernel))
+}
