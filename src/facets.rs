@@ -1,8 +1,8 @@
 //! Facets: the points at which a small-scale surface is sampled.
 //!
-//! Sample `t` of an Owen-scrambled Sobol' sequence in three dimensions chooses a triangle by the first coordinate, along the
-//! cumulative area of the triangles in a coherent order, and a point in it by the other two. Three properties of the
-//! sequence are used:
+//! Sample `t` of an Owen-scrambled Sobol' sequence in two dimensions goes to the point of the surface that the first coordinate finds along
+//! the cumulative area of the triangles in a coherent order, and, inside the triangle, along its longer side; the second coordinate
+//! chooses the point across. Three properties of the sequence are used:
 //!
 //! - every aligned block of 2^k samples is stratified over the whole surface, so that more samples can be added to those
 //!   already there, and errors fall faster than at random;
@@ -60,6 +60,8 @@ pub struct Facets {
     pub normal: [Vec<f32>; 3],
     /// Area over the footprint `A` that the facet stands for, times the number of samples of its block; 0 where it only fills up.
     pub weight: Vec<f32>,
+    /// How far along the surface's area the facet lies, in 0..1.
+    pub along: Vec<f32>,
     /// Components of the tint, where a surface has an image of them.
     pub tint: Option<[Vec<f32>; 3]>,
     /// For each surface its facets.
@@ -123,6 +125,20 @@ impl Surface {
     pub fn corners(&self, triangle: usize) -> [DVec3; 3] {
         self.triangles[triangle].map(|v| self.vertices[v as usize])
     }
+
+    /// Area-preserving map from the unit square to a triangle: `along` cuts strips parallel to its shortest edge, so that neighbours in
+    /// `along` are neighbours on the surface; `across` runs along the strip.
+    fn barycentric(&self, triangle: usize, along: f64, across: f64) -> [f64; 3] {
+        let corners = self.corners(triangle);
+        let opposite = |k: usize| (corners[(k + 1) % 3] - corners[(k + 2) % 3]).length_squared();
+        let tip = (0..3).min_by(|&a, &b| opposite(a).total_cmp(&opposite(b))).expect("three corners");
+        let r = along.sqrt();
+        let mut barycentric = [0.0; 3];
+        barycentric[tip] = 1.0 - r;
+        barycentric[(tip + 1) % 3] = r * (1.0 - across);
+        barycentric[(tip + 2) % 3] = r * across;
+        barycentric
+    }
 }
 
 /// One of 24 coarse bins of normals: octant of the sphere, and the component that dominates.
@@ -152,29 +168,56 @@ fn morton(p: DVec3) -> u32 {
     spread(p.x) | spread(p.y) << 1 | spread(p.z) << 2
 }
 
-/// Where samples go: the cumulative share of each triangle.
+/// Where samples go: a density along the surface, laid out as one line by cumulative area.
 #[derive(Clone, Debug)]
 pub struct Density {
-    /// Share of the samples that go to the triangles before each one, and 1 at the end.
-    cumulative: Vec<f64>,
-    /// For each triangle its area over the footprint divided by its share of the samples.
-    weight: Vec<f64>,
+    /// Share of the area of the triangles before each one, and 1 at the end.
+    area: Vec<f64>,
+    /// Area of the surface over the footprint.
+    total: f64,
+    /// Share of the samples that go to the stretches before each one, and 1 at the end; all stretches have the same area.
+    share: Vec<f64>,
 }
 
 impl Density {
-    /// Samples in proportion to area times `importance`, one positive number a triangle.
-    pub fn new(surface: &Surface, importance: impl Fn(usize) -> f64) -> Self {
-        let mass: Vec<f64> = surface.areas.iter().enumerate().map(|(t, area)| area * importance(t)).collect();
-        let total: f64 = mass.iter().sum();
+    /// Samples in proportion to area.
+    pub fn uniform(surface: &Surface) -> Self {
+        let total: f64 = surface.areas.iter().sum();
         let mut sum = 0.0;
-        let mut cumulative = vec![0.0];
-        cumulative.extend(mass.iter().map(|m| {
-            sum += m;
+        let mut area = vec![0.0];
+        area.extend(surface.areas.iter().map(|a| {
+            sum += a;
             sum / total
         }));
-        let weight =
-            surface.areas.iter().zip(&mass).map(|(a, m)| if *m > 0.0 { a / surface.footprint() * total / m } else { 0.0 }).collect();
-        Self { cumulative, weight }
+        Self { area, total: total / surface.footprint(), share: vec![0.0, 1.0] }
+    }
+
+    /// Samples in proportion to area times `importance`, one positive number for each of as many stretches of equal area.
+    #[must_use]
+    pub fn weighted(&self, importance: &[f64]) -> Self {
+        let total: f64 = importance.iter().sum();
+        let mut sum = 0.0;
+        let mut share = vec![0.0];
+        share.extend(importance.iter().map(|i| {
+            sum += i;
+            sum / total
+        }));
+        Self { share, ..self.clone() }
+    }
+
+    /// Where the share `at` of the samples ends: the triangle, how far into its area, and what area over the footprint a sample there
+    /// stands for, times the number of samples; and how far along the whole area this is.
+    fn locate(&self, at: f64) -> (usize, f64, f64, f64) {
+        let stretch = |cumulative: &[f64], at: f64| {
+            let k = cumulative.partition_point(|&c| c <= at).clamp(1, cumulative.len() - 1) - 1;
+            (k, ((at - cumulative[k]) / (cumulative[k + 1] - cumulative[k])).clamp(0.0, 1.0))
+        };
+        let (k, along) = stretch(&self.share, at);
+        let stretches = (self.share.len() - 1) as f64;
+        let weight = self.total / (stretches * (self.share[k + 1] - self.share[k]));
+        let place = (k as f64 + along) / stretches;
+        let (triangle, along) = stretch(&self.area, place);
+        (triangle, along, weight, place)
     }
 }
 
@@ -205,23 +248,23 @@ pub fn sample(small: &SmallScale, surface: &Surface, density: &Density, runs: Ru
     let rows = runs.rows as usize;
     let samples = rows * SETS;
     // One row a stretch of the surface, one column a set.
-    let mut table: Vec<(u32, [f32; 3])> = vec![(NO_TRIANGLE, [0.0; 3]); samples];
+    let mut table = vec![Sample { triangle: NO_TRIANGLE, barycentric: [0.0; 3], weight: 0.0, place: 0.0 }; samples];
     for (set, start) in runs.starts.into_iter().enumerate() {
         for t in start..start + runs.rows {
-            let u = sobol(t, seed);
+            let [first, second] = sobol(t, seed);
             #[expect(clippy::cast_possible_truncation, reason = "a 32-bit fraction times a row count")]
-            let row = ((u64::from(u[0]) * rows as u64) >> 32) as usize;
-            let at = fraction(u[0]);
-            let triangle = density.cumulative.partition_point(|&c| c <= at).saturating_sub(1).min(surface.areas.len() - 1);
+            let row = ((u64::from(first) * rows as u64) >> 32) as usize;
+            let (triangle, along, weight, place) = density.locate(fraction(first));
+            let barycentric = surface.barycentric(triangle, along, fraction(second));
             let slot = &mut table[row * SETS + set];
-            debug_assert_eq!(slot.0, NO_TRIANGLE, "two samples of a set in one stratum");
-            #[expect(clippy::cast_possible_truncation, reason = "barycentric coordinates; triangles are counted in u32")]
-            let made = (triangle as u32, low_distortion(fraction(u[1]), fraction(u[2])).map(|b| b as f32));
-            *slot = made;
+            debug_assert_eq!(slot.triangle, NO_TRIANGLE, "two samples of a set in one stratum");
+            #[expect(clippy::cast_possible_truncation, reason = "triangles are counted in u32")]
+            let triangle = triangle as u32;
+            *slot = Sample { triangle, barycentric, weight, place };
         }
     }
     let surfaces = small.surfaces.len();
-    let surface_of = |row: &[(u32, [f32; 3])], s: usize| row.iter().any(|f| usize::from(surface.surface[f.0 as usize]) == s);
+    let surface_of = |row: &[Sample], s: usize| row.iter().any(|f| usize::from(surface.surface[f.triangle as usize]) == s);
     let mut facets = Facets { samples, ..Facets::default() };
     let tinted = small.surfaces.iter().any(|s| matches!(s.tint, Tint::Image(_)));
     facets.tint = tinted.then(Default::default);
@@ -233,37 +276,52 @@ pub fn sample(small: &SmallScale, surface: &Surface, density: &Density, runs: Ru
             next -= 1;
         }
         while next < rows && surface_of(&table[next * SETS..(next + 1) * SETS], s) {
-            for (triangle, bary) in &table[next * SETS..(next + 1) * SETS] {
-                let mine = usize::from(surface.surface[*triangle as usize]) == s;
-                facets.push(small, surface, density, mine.then_some((*triangle, *bary)));
+            for sample in &table[next * SETS..(next + 1) * SETS] {
+                let mine = usize::from(surface.surface[sample.triangle as usize]) == s;
+                facets.push(small, surface, mine.then_some(sample));
             }
             next += 1;
         }
         while !facets.triangle.len().is_multiple_of(ALIGNMENT) {
-            facets.push(small, surface, density, None);
+            facets.push(small, surface, None);
         }
         facets.ranges.push(start..facets.triangle.len());
     }
     facets
 }
 
+/// One sample of the surface.
+#[derive(Clone, Copy)]
+struct Sample {
+    triangle: u32,
+    barycentric: [f64; 3],
+    /// Area over the footprint that it stands for, times the number of samples.
+    weight: f64,
+    /// How far along the whole area it lies.
+    place: f64,
+}
+
 impl Facets {
-    fn push(&mut self, small: &SmallScale, surface: &Surface, density: &Density, facet: Option<(u32, [f32; 3])>) {
-        let (triangle, bary) = facet.unwrap_or((NO_TRIANGLE, [0.0; 3]));
-        self.triangle.push(triangle);
+    fn push(&mut self, small: &SmallScale, surface: &Surface, sample: Option<&Sample>) {
         let (mut position, mut normal, mut weight, mut tint) = (DVec3::ZERO, DVec3::Z, 0.0, [0.0; 3]);
-        if facet.is_some() {
-            let t = triangle as usize;
+        if let Some(sample) = sample {
+            let t = sample.triangle as usize;
+            let bary = sample.barycentric;
             let corners = surface.corners(t);
-            let bary = bary.map(f64::from);
             position = corners[0] * bary[0] + corners[1] * bary[1] + corners[2] * bary[2];
             normal = surface.normals[t];
-            weight = density.weight[t];
-            if let Tint::Image(image) = &small.surfaces[usize::from(surface.surface[t])].tint {
-                let uv = small.tile.uv.as_ref().expect("Material::build refuses an image without uv")[surface.tile_triangle[t] as usize];
-                tint = image.lookup(uv[0] * bary[0] + uv[1] * bary[1] + uv[2] * bary[2]);
-            }
+            weight = sample.weight;
+            tint = match &small.surfaces[usize::from(surface.surface[t])].tint {
+                // Uniform tints are part of the lobes' colours.
+                Tint::Uniform(_) => [1.0; 3],
+                Tint::Image(image) => {
+                    let uv =
+                        small.tile.uv.as_ref().expect("Material::build refuses an image without uv")[surface.tile_triangle[t] as usize];
+                    image.lookup(uv[0] * bary[0] + uv[1] * bary[1] + uv[2] * bary[2])
+                }
+            };
         }
+        self.triangle.push(sample.map_or(NO_TRIANGLE, |s| s.triangle));
         self.position.push(position);
         #[expect(clippy::cast_possible_truncation, reason = "the sums are in f32")]
         {
@@ -271,6 +329,7 @@ impl Facets {
                 component.push(value as f32);
             }
             self.weight.push(weight as f32);
+            self.along.push(sample.map_or(0.0, |s| s.place) as f32);
         }
         if let Some(components) = &mut self.tint {
             for (component, value) in components.iter_mut().zip(tint) {
@@ -280,63 +339,23 @@ impl Facets {
     }
 }
 
-/// Area-preserving map from the unit square to barycentric coordinates (Heitz 2019, "A low-distortion map between triangle and square").
-fn low_distortion(mut x: f64, mut y: f64) -> [f64; 3] {
-    if y > x {
-        x *= 0.5;
-        y -= x;
-    } else {
-        y *= 0.5;
-        x -= y;
-    }
-    [x, y, 1.0 - x - y]
-}
-
 /// A 32-bit fraction as a number in 0..1, at the middle of its step.
 fn fraction(bits: u32) -> f64 {
     (f64::from(bits) + 0.5) / 4_294_967_296.0
 }
 
-/// Direction numbers of the second and third dimension of the Sobol' sequence (Joe and Kuo 2008), most significant bit first.
-const DIRECTIONS: [[u32; 32]; 2] = [direction_numbers(1, 0, [1, 0]), direction_numbers(2, 1, [1, 3])];
-
-const fn direction_numbers(degree: usize, polynomial: u32, first: [u32; 2]) -> [u32; 32] {
-    let mut v = [0_u32; 32];
-    let mut i = 0;
-    while i < 32 {
-        if i < degree {
-            v[i] = first[i] << (31 - i);
-        } else {
-            v[i] = v[i - degree] ^ (v[i - degree] >> degree);
-            let mut k = 1;
-            while k < degree {
-                if (polynomial >> (degree - 1 - k)) & 1 == 1 {
-                    v[i] ^= v[i - k];
-                }
-                k += 1;
-            }
+/// Point `index` of the Sobol' sequence in two dimensions, Owen-scrambled by `seed`, as 32-bit fractions.
+pub fn sobol(index: u32, seed: u32) -> [u32; 2] {
+    // The second dimension's generator matrix is Pascal's triangle mod 2: direction number k is the one before, added to itself shifted.
+    let (mut second, mut direction, mut rest) = (0_u32, 1_u32 << 31, index);
+    while rest != 0 {
+        if rest & 1 == 1 {
+            second ^= direction;
         }
-        i += 1;
+        direction ^= direction >> 1;
+        rest >>= 1;
     }
-    v
-}
-
-/// Point `index` of the Sobol' sequence in three dimensions, Owen-scrambled by `seed`, as 32-bit fractions.
-pub fn sobol(index: u32, seed: u32) -> [u32; 3] {
-    let mut point = [index.reverse_bits(), 0, 0];
-    for (value, numbers) in point[1..].iter_mut().zip(&DIRECTIONS) {
-        let mut rest = index;
-        while rest != 0 {
-            let bit = rest.trailing_zeros();
-            *value ^= numbers[bit as usize];
-            rest &= rest - 1;
-        }
-    }
-    let mut dimension = 0;
-    point.map(|x| {
-        dimension += 1;
-        owen_scramble(x, hash(seed ^ hash(dimension)))
-    })
+    [owen_scramble(index.reverse_bits(), hash(seed ^ hash(1))), owen_scramble(second, hash(seed ^ hash(2)))]
 }
 
 /// Nested uniform scramble by a hash in which each bit depends on higher bits only (Laine and Karras 2011, with the constants of

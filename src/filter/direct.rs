@@ -3,15 +3,20 @@
 //! Facets are added in blocks that double their number until the estimated error meets the tolerance; sums made so far are kept.
 
 use super::demand::Demand;
+use super::importance::{self, Known};
 use super::lobes::{self, Lobe};
 use super::sums::{self, PairSums};
 use super::{Control, Effective, Quality, Summary, Value};
 use crate::direction::Pair;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::facets::{self, Density, Facets, Runs, SETS, Surface};
 use crate::material::{SmallScale, Tint};
+use crate::visibility::rays::{Occlusion, PeriodicBvh};
 use crate::visibility::{Bits, raster};
+use glam::DVec3;
 use rayon::prelude::*;
+use std::ops::Range;
+use std::sync::OnceLock;
 
 /// Fewest samples: below this the spread of eight sets says little.
 pub const MIN_SAMPLES: u32 = 2048;
@@ -35,85 +40,181 @@ fn merge<T: Copy>(old: &[T; SETS], new: &[T; SETS], add: impl Fn(T, T) -> T) -> 
     std::array::from_fn(|r| if r < SETS / 2 { add(old[2 * r], old[2 * r + 1]) } else { add(new[2 * r - SETS], new[2 * r - SETS + 1]) })
 }
 
+/// Samples after which, if many more are needed, they go where a pilot run of as many finds them worth most.
+const PILOT_SAMPLES: u32 = 8192;
+/// Stretches of the surface that the pilot run tells apart.
+const STRETCHES: usize = 1024;
+
+/// All that a run holds.
+struct Run<'a> {
+    small: &'a SmallScale,
+    surface: Surface,
+    rays: OnceLock<Result<PeriodicBvh>>,
+    demand: Demand,
+    tasks: Vec<Range<usize>>,
+    lobes: Vec<Vec<Lobe<'a>>>,
+    density: Density,
+    seed: u32,
+    control: Control<'a>,
+    /// Seconds of each stage.
+    seconds: [f64; 4],
+}
+
+/// Names of the stages.
+const STAGES: [&str; 4] = ["prepare", "facets", "visibility", "sums"];
+
 pub(super) fn direct(small: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
     let start = (control.clock)();
     let surface = Surface::new(small);
     let demand = Demand::new(pairs, true);
-    let lobes: Vec<Vec<Lobe<'_>>> = small
-        .surfaces
-        .iter()
-        .map(|s| match &s.tint {
-            Tint::Uniform(tint) => lobes::lobes(&s.brdf, *tint),
-            Tint::Image(_) => lobes::lobes(&s.brdf, [1.0; 3]),
-        })
-        .collect();
-    let density = Density::new(&surface, |_| 1.0);
-    let seed = facets::hash((quality.seed ^ quality.seed >> 32) as u32);
-    let tasks = demand.tasks();
-    let mut stages = [("prepare", (control.clock)() - start), ("facets", 0.0), ("visibility", 0.0), ("sums", 0.0)];
+    let lobes = small.surfaces.iter().map(|s| {
+        let tint = if let Tint::Uniform(tint) = s.tint { tint } else { [1.0; 3] };
+        lobes::lobes(&s.brdf, tint)
+    });
+    let mut run = Run {
+        small,
+        rays: OnceLock::new(),
+        lobes: lobes.collect(),
+        density: Density::uniform(&surface),
+        tasks: demand.tasks(),
+        seed: facets::hash(facets::hash(quality.seed as u32) ^ (quality.seed >> 32) as u32),
+        control: *control,
+        seconds: [0.0; 4],
+        demand,
+        surface,
+    };
+    run.seconds[0] = (control.clock)() - start;
     let mut total: Option<Accumulated> = None;
+    let mut weighted = false;
     loop {
         let done = total.as_ref().map_or(0, |t| t.samples);
-        let block = if done == 0 { 0..MIN_SAMPLES } else { done..2 * done };
-        let mut new = Accumulated {
-            samples: block.end,
-            pairs: vec![[[0.0; 3]; SETS]; demand.pairs.len()],
-            area: vec![[0.0; SETS]; demand.directions.len()],
+        let length = if done > 0 {
+            done
+        } else if weighted {
+            PILOT_SAMPLES
+        } else {
+            MIN_SAMPLES
         };
-        // A batch takes the same share of each of the eight sub-blocks, so that each stays a set.
-        let batches = (block.end - block.start).div_ceil(BATCH);
-        for part in 0..batches {
-            control.check()?;
-            let t0 = (control.clock)();
-            let batch = facets::sample(small, &surface, &density, Runs::of_block(block.start, block.end - block.start, part, batches), seed);
-            let t1 = (control.clock)();
-            let bits = see(&surface, &batch, &demand);
-            let t2 = (control.clock)();
-            add(&batch, &bits, &demand, &tasks, &lobes, &mut new);
-            let t3 = (control.clock)();
-            for (stage, seconds) in stages[1..].iter_mut().zip([t1 - t0, t2 - t1, t3 - t2]) {
-                stage.1 += seconds;
-            }
-        }
+        let new = run.block(done, length)?;
         let merged = match total {
             None => new,
-            Some(old) => {
-                let add3 = |a: [f64; 3], b: [f64; 3]| [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
-                Accumulated {
-                    samples: new.samples,
-                    pairs: old.pairs.iter().zip(&new.pairs).map(|(a, b)| merge(a, b, add3)).collect(),
-                    area: old.area.iter().zip(&new.area).map(|(a, b)| merge(a, b, |x, y| x + y)).collect(),
-                }
-            }
+            Some(old) => old.merge(&new),
         };
-        let result = finish(&merged, &demand, pairs);
-        if SAFETY * result.1 <= quality.tolerance || 2 * merged.samples > MAX_SAMPLES {
+        let (values, relative_rms) = finish(&merged, &run.demand, pairs);
+        if SAFETY * relative_rms <= quality.tolerance || 2 * merged.samples > MAX_SAMPLES {
             let summary = Summary {
                 method: "direct",
                 plan: format!("direct:{}", merged.samples),
                 facets: merged.samples as usize,
                 clusters: merged.samples as usize,
-                directions: demand.directions.len(),
-                stages: stages.iter().map(|&(name, seconds)| (name, 1e3 * seconds)).collect(),
-                relative_rms: result.1,
+                directions: run.demand.directions.len(),
+                stages: STAGES.iter().zip(run.seconds).map(|(&name, seconds)| (name, 1e3 * seconds)).collect(),
+                relative_rms,
                 notes: Vec::new(),
             };
-            return Ok(Effective { values: result.0, summary });
+            return Ok(Effective { values, summary });
         }
-        total = Some(merged);
+        if merged.samples == PILOT_SAMPLES && !weighted {
+            run.weigh(&values)?;
+            weighted = true;
+            total = None;
+        } else {
+            total = Some(merged);
+        }
     }
 }
 
-fn see(surface: &Surface, facets: &Facets, demand: &Demand) -> Bits {
-    let words = facets.triangle.len() / 64;
-    let mut rows = vec![0; words * demand.directions.len()];
-    rows.par_chunks_mut(words).zip(&demand.directions).for_each_init(raster::Scratch::default, |scratch, (row, &direction)| {
-        raster::visible(surface, facets, direction, scratch, row);
-    });
-    Bits { words, rows }
+impl Run<'_> {
+    /// Sums of the samples `start..start + length`.
+    fn block(&mut self, start: u32, length: u32) -> Result<Accumulated> {
+        let mut sums = Accumulated {
+            samples: start + length,
+            pairs: vec![[[0.0; 3]; SETS]; self.demand.pairs.len()],
+            area: vec![[0.0; SETS]; self.demand.directions.len()],
+        };
+        let batches = length.div_ceil(BATCH);
+        for part in 0..batches {
+            let (facets, bits) = self.batch(Runs::of_block(start, length, part, batches))?;
+            let before = (self.control.clock)();
+            add(&facets, &bits, &self.demand, &self.tasks, &self.lobes, &mut sums);
+            self.seconds[3] += (self.control.clock)() - before;
+        }
+        Ok(sums)
+    }
+
+    /// Facets and what they see.
+    fn batch(&mut self, runs: Runs) -> Result<(Facets, Bits)> {
+        self.control.check()?;
+        let clock = self.control.clock;
+        let start = clock();
+        let facets = facets::sample(self.small, &self.surface, &self.density, runs, self.seed);
+        let sampled = clock();
+        let bits = self.see(&facets)?;
+        self.seconds[1] += sampled - start;
+        self.seconds[2] += clock() - sampled;
+        Ok((facets, bits))
+    }
+
+    /// Chooses where further samples go, by a pilot run whose values were `values`.
+    fn weigh(&mut self, values: &[Value]) -> Result<()> {
+        let (facets, bits) = self.batch(Runs::of_block(0, PILOT_SAMPLES, 0, 1))?;
+        let known = |k: usize| Known { q: values[k].fbar.iter().sum::<f64>() / 3.0, a: values[k].av };
+        let importance = importance::importance(&facets, &bits, &self.demand, &self.lobes, known, STRETCHES);
+        self.density = self.density.weighted(&importance);
+        Ok(())
+    }
+
+    /// Visibility of the facets in all directions: by projection, or by rays where the projection spans too many periods.
+    fn see(&self, facets: &Facets) -> Result<Bits> {
+        let words = facets.triangle.len() / 64;
+        let mut rows = vec![0; words * self.demand.directions.len()];
+        let far = |w: DVec3| raster::reach(&self.surface, w) > raster::MAX_REACH;
+        if self.demand.directions.iter().any(|&w| far(w)) {
+            if let Err(error) = self.rays.get_or_init(|| PeriodicBvh::new(&self.small.tile)) {
+                return Err(Error::Numeric(error.to_string()));
+            }
+        }
+        rows.par_chunks_mut(words.max(1)).zip(&self.demand.directions).for_each_init(
+            raster::Scratch::default,
+            |scratch, (row, &direction)| {
+                if self.control.check().is_err() {
+                    return;
+                }
+                match self.rays.get() {
+                    Some(Ok(rays)) if far(direction) => trace(&self.surface, rays, facets, direction, row),
+                    _ => raster::visible(&self.surface, facets, direction, scratch, row),
+                }
+            },
+        );
+        self.control.check()?;
+        Ok(Bits { words, rows })
+    }
 }
 
-fn add(facets: &Facets, bits: &Bits, demand: &Demand, tasks: &[std::ops::Range<usize>], lobes: &[Vec<Lobe<'_>>], out: &mut Accumulated) {
+/// Visibility of the facets in one direction by rays.
+fn trace(surface: &Surface, rays: &PeriodicBvh, facets: &Facets, direction: DVec3, row: &mut [u64]) {
+    for (f, (&triangle, &position)) in facets.triangle.iter().zip(&facets.position).enumerate() {
+        if triangle != facets::NO_TRIANGLE && surface.normals[triangle as usize].dot(direction) > 0.0 {
+            let origin = position * surface.unit;
+            let seen = rays.occluded(surface.tile_triangle[triangle as usize] as usize, origin, direction) != Occlusion::Blocked;
+            row[f / 64] |= u64::from(seen) << (f % 64);
+        }
+    }
+}
+
+impl Accumulated {
+    /// Sums of these samples and of as many new ones.
+    fn merge(&self, new: &Self) -> Self {
+        let add = |a: [f64; 3], b: [f64; 3]| [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+        Self {
+            samples: new.samples,
+            pairs: self.pairs.iter().zip(&new.pairs).map(|(a, b)| merge(a, b, add)).collect(),
+            area: self.area.iter().zip(&new.area).map(|(a, b)| merge(a, b, |x, y| x + y)).collect(),
+        }
+    }
+}
+
+fn add(facets: &Facets, bits: &Bits, demand: &Demand, tasks: &[Range<usize>], lobes: &[Vec<Lobe<'_>>], out: &mut Accumulated) {
     out.area.par_iter_mut().zip(&demand.directions).enumerate().for_each(|(d, (area, &direction))| {
         for (sum, new) in area.iter_mut().zip(sums::visible_area(facets, direction, bits.row(d))) {
             *sum += new;
@@ -167,7 +268,10 @@ fn finish(sums: &Accumulated, demand: &Demand, pairs: &[Pair]) -> (Vec<Value>, f
             value
         })
         .collect();
-    if std::env::var("DBG").is_ok() { let e = energy.max(1e-30); eprintln!("N {} e8 {:.5} e4 {:.5} e2 {:.5}", sums.samples, (spread[0]/e).sqrt(), (spread[1]/e).sqrt(), (spread[2]/e).sqrt()); }
+    if std::env::var("DBG").is_ok() {
+        let e = energy.max(1e-30);
+        eprintln!("N {} e8 {:.5} e4 {:.5} e2 {:.5}", sums.samples, (spread[0] / e).sqrt(), (spread[1] / e).sqrt(), (spread[2] / e).sqrt());
+    }
     let factor = falls(spread);
     let mut values = values;
     for v in &mut values {
@@ -188,9 +292,20 @@ fn spread_of(d: &[f64; SETS], size: usize) -> f64 {
 
 /// How much smaller the error is than eight independent sets would make it.
 fn falls(spread: [f64; 3]) -> f64 {
-    if spread[0] <= 0.0 || spread[1] <= 0.0 {
+    if spread.iter().any(|&s| s <= 0.0) {
         return 1.0;
     }
-    let k = (spread[1] / spread[0]).clamp(0.25, 1.0);
-    k.powf(1.5)
+    // A line through the logarithms at 8, 4 and 2 groups, weighted by their degrees of freedom, continued to the whole.
+    let y = spread.map(f64::ln);
+    let w = [7.0, 3.0, 1.0];
+    let total: f64 = w.iter().sum();
+    let mean_x = (w[1] + 2.0 * w[2]) / total;
+    let mean_y = (w[0] * y[0] + w[1] * y[1] + w[2] * y[2]) / total;
+    let (mut xy, mut xx) = (0.0, 0.0);
+    for k in 0..3 {
+        xy += w[k] * (k as f64 - mean_x) * (y[k] - mean_y);
+        xx += w[k] * (k as f64 - mean_x).powi(2);
+    }
+    let slope = (xy / xx).clamp(-std::f64::consts::LN_2, 0.0);
+    (1.5 * slope).exp()
 }

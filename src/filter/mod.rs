@@ -5,6 +5,7 @@
 
 mod demand;
 mod direct;
+mod importance;
 mod lobes;
 mod sums;
 

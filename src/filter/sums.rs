@@ -28,13 +28,49 @@ const FLUSH_BLOCKS: usize = 64;
 pub type PairSums = [[f64; 3]; SETS];
 
 /// One block of facets as one direction sees it.
-struct View {
+pub struct View {
     /// `n·w` where the facet is seen, else 0.
     cosine: [Lanes; BLOCK_CHUNKS],
     /// The lobe's [`Side`] times the root of the facet's weight where the facet is seen, else 0.
     side: [Lanes; BLOCK_CHUNKS],
     /// Bit `k`: some facet of chunk `k` is seen.
     chunks: u32,
+}
+
+impl View {
+    /// Facets of a block.
+    pub const FACETS: usize = BLOCK;
+
+    /// `n·w` of a chunk of facets where `bits` say that the facet is seen, else 0.
+    #[inline(always)]
+    pub fn cosine(facets: &Facets, chunk: usize, direction: DVec3, bits: &[u64]) -> Lanes {
+        masked_cosine(facets, chunk, direction, seen(bits, chunk))
+    }
+}
+
+impl Lobe<'_> {
+    /// `fr (n·i)(n·o)` without the colour of a chunk of facets whose cosines are given: 0 where one of them is.
+    #[inline(always)]
+    #[expect(clippy::cast_possible_truncation, reason = "the sums are in f32")]
+    pub fn chunk(&self, facets: &Facets, chunk: usize, i: (&Lanes, DVec3), o: (&Lanes, DVec3), half: &Half) -> Lanes {
+        let mut value = [0.0; LANES];
+        if let Some(brdf) = self.whole {
+            for l in 0..LANES {
+                if i.0[l] > 0.0 && o.0[l] > 0.0 {
+                    let n = DVec3::from_array([0, 1, 2].map(|c| f64::from(facets.normal[c][chunk + l])));
+                    value[l] = (brdf.eval(n, i.1, o.1).iter().sum::<f64>() / 3.0) as f32 * i.0[l] * o.0[l];
+                }
+            }
+            return value;
+        }
+        let (sin2, cos2) = half_angle_narrow(facets, chunk, half);
+        let shape = self.shape.eval(&sin2, &cos2);
+        let (side_i, side_o) = (self.side.eval(i.0), self.side.eval(o.0));
+        for l in 0..LANES {
+            value[l] = if i.0[l] > 0.0 && o.0[l] > 0.0 { side_i[l] * side_o[l] * shape[l] } else { 0.0 };
+        }
+        value
+    }
 }
 
 /// Sums over the facets of `weight (n·w)+ V(w)` for one direction, a set each: `av/A` times the number of samples.

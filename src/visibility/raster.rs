@@ -24,6 +24,9 @@ const POINTS_PER_CELL: f64 = 4.0;
 /// Points compared at once: most runs of points that a triangle covers within a row of cells are short.
 const POINTS: usize = 8;
 
+/// Directions whose [`reach`] is larger are better served by rays.
+pub const MAX_REACH: f64 = 16.0;
+
 /// How many periods the projection of the surface spans along a direction: what its height is worth sideways.
 pub fn reach(surface: &Surface, direction: DVec3) -> f64 {
     (DVec2::new(direction.x, direction.y).abs() / direction.z * surface.height / surface.period).max_element()

@@ -1,0 +1,130 @@
+//! Where facets are worth most: a density of samples from a pilot run.
+//!
+//! The variance of `q = S/a` at a pair, by the ratio estimator, is that of the residuals `(fr (n·i)+ V(i) - q) (n·o)+ V(o) / a` of the
+//! facets. The sum of the variances over all pairs is least when samples go where the root of the sum of the squared residuals is
+//! large (Neyman allocation): to facets that many pairs see and that reflect unlike the average, not to the feet of rods that
+//! nothing sees.
+
+use super::demand::Demand;
+use super::lobes::{Half, Lobe};
+use super::sums::View;
+use crate::facets::{Facets, LANES};
+use crate::simd::{self, Kernel};
+use crate::visibility::Bits;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Pairs that the residuals are taken over; more would cost more than they tell.
+const PAIRS: usize = 256;
+/// Share of the samples that go by area all the same, so that what the pilot run missed is not lost.
+const DEFENSIVE: f64 = 0.25;
+
+/// What the pilot run found: `q = fbar`, as the mean of the channels, and `a = av/A`, for a pair of the list.
+#[derive(Clone, Copy, Debug)]
+pub struct Known {
+    /// Cosine-weighted effective BRDF.
+    pub q: f64,
+    /// Visible projected area over the footprint.
+    pub a: f64,
+}
+
+/// Importance of `stretches` stretches of the surface of equal area, by a pilot run of uniformly spread `facets`.
+///
+/// `known(k)` is what the run found for pair `k` of the list.
+pub fn importance(
+    facets: &Facets,
+    bits: &Bits,
+    demand: &Demand,
+    lobes: &[Vec<Lobe<'_>>],
+    known: impl Fn(usize) -> Known + Sync,
+    stretches: usize,
+) -> Vec<f64> {
+    let step = demand.wanted.len().div_ceil(PAIRS).max(1);
+    let chosen: Vec<usize> = (0..demand.wanted.len()).step_by(step).filter(|&k| demand.wanted[k].is_some()).collect();
+    let blocks: Vec<usize> = (0..facets.triangle.len()).step_by(View::FACETS).collect();
+    let squares: Vec<Vec<f32>> = blocks
+        .par_iter()
+        .map(|&start| {
+            let mut squares = vec![0.0; View::FACETS.min(facets.triangle.len() - start)];
+            for &k in &chosen {
+                let wanted = demand.wanted[k].expect("filtered above");
+                let known = known(k);
+                if known.a > 0.0 {
+                    let [first, second] = demand.pairs[wanted.pair as usize];
+                    let light = if wanted.viewer == second { first } else { second };
+                    let side = |d: u32| (demand.directions[d as usize], bits.row(d as usize));
+                    simd::run(Residuals {
+                        facets,
+                        start,
+                        lobes,
+                        light: side(light),
+                        viewer: side(wanted.viewer),
+                        known,
+                        squares: &mut squares,
+                    });
+                }
+            }
+            squares
+        })
+        .collect();
+    // Mean of the facets of each stretch; those that only fill up have no weight and do not count.
+    let mut sum = vec![0.0; stretches];
+    let mut count = vec![0.0_f64; stretches];
+    for (f, square) in squares.into_iter().flatten().enumerate() {
+        if facets.weight[f] > 0.0 {
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of the number of stretches")]
+            let stretch = ((f64::from(facets.along[f]) * stretches as f64) as usize).min(stretches - 1);
+            sum[stretch] += f64::from(square);
+            count[stretch] += 1.0;
+        }
+    }
+    let roots: Vec<f64> = sum.iter().zip(&count).map(|(s, n)| (s / n.max(1.0)).sqrt()).collect();
+    let mean = roots.iter().sum::<f64>() / stretches as f64;
+    if mean > 0.0 { roots.iter().map(|r| DEFENSIVE + (1.0 - DEFENSIVE) * r / mean).collect() } else { vec![1.0; stretches] }
+}
+
+/// Adds the squared residuals of one pair to those of a block of facets.
+struct Residuals<'a> {
+    facets: &'a Facets,
+    start: usize,
+    lobes: &'a [Vec<Lobe<'a>>],
+    light: (DVec3, &'a [u64]),
+    viewer: (DVec3, &'a [u64]),
+    known: Known,
+    squares: &'a mut [f32],
+}
+
+impl Kernel for Residuals<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    #[expect(clippy::cast_possible_truncation, reason = "the sums are in f32")]
+    fn run(self) {
+        let Self { facets, start, lobes, light, viewer, known, squares } = self;
+        let half = Half::new(light.0, viewer.0);
+        let i_dot_h = light.0.dot((light.0 + viewer.0).normalize_or_zero());
+        let (q, inverse_a) = (known.q as f32, (1.0 / known.a) as f32);
+        for (range, lobes) in facets.ranges.iter().zip(lobes) {
+            let (from, to) = (range.start.max(start), range.end.min(start + squares.len()));
+            for chunk in (from..to.max(from)).step_by(LANES) {
+                let cosine_o = View::cosine(facets, chunk, viewer.0, viewer.1);
+                if cosine_o == [0.0; LANES] {
+                    continue;
+                }
+                let cosine_i = View::cosine(facets, chunk, light.0, light.1);
+                let mut reflected = [0.0; LANES];
+                for lobe in lobes {
+                    let grey = (lobe.colour_at(i_dot_h).iter().sum::<f64>() / 3.0) as f32;
+                    let value = lobe.chunk(facets, chunk, (&cosine_i, light.0), (&cosine_o, viewer.0), &half);
+                    for l in 0..LANES {
+                        reflected[l] += grey * value[l];
+                    }
+                }
+                for l in 0..LANES {
+                    let residual = (reflected[l] - q * cosine_o[l]) * inverse_a;
+                    squares[chunk - start + l] += residual * residual;
+                }
+            }
+        }
+    }
+}
