@@ -29,6 +29,7 @@ const BATCH: u32 = 1 << 16;
 const SAFETY: f64 = 1.5;
 
 /// Sums so far: for each pair, and for each direction, a value a set.
+#[derive(Default)]
 struct Accumulated {
     samples: u32,
     pairs: Vec<PairSums>,
@@ -84,29 +85,26 @@ pub(super) fn direct(small: &SmallScale, pairs: &[Pair], quality: &Quality, cont
         surface,
     };
     run.seconds[0] = (control.clock)() - start;
-    let mut total: Option<Accumulated> = None;
+    let mut step = Step::Fresh(MIN_SAMPLES);
     let mut weighted = false;
+    let mut total = Accumulated::default();
     loop {
-        let done = total.as_ref().map_or(0, |t| t.samples);
-        let length = if done > 0 {
-            done
-        } else if weighted {
-            PILOT_SAMPLES
-        } else {
-            MIN_SAMPLES
+        let pilot;
+        (total, pilot) = match step {
+            Step::Fresh(samples) => run.block(0, samples)?,
+            Step::Double => {
+                let (new, _) = run.block(total.samples, total.samples)?;
+                (total.merge(&new), None)
+            }
         };
-        let new = run.block(done, length)?;
-        let merged = match total {
-            None => new,
-            Some(old) => old.merge(&new),
-        };
-        let (values, relative_rms) = finish(&merged, &run.demand, pairs);
-        if SAFETY * relative_rms <= quality.tolerance || 2 * merged.samples > MAX_SAMPLES {
+        let (values, relative_rms) = finish(&total, &run.demand, pairs);
+        let wanted = needed(total.samples, SAFETY * relative_rms / quality.tolerance);
+        if SAFETY * relative_rms <= quality.tolerance || total.samples == MAX_SAMPLES {
             let summary = Summary {
                 method: "direct",
-                plan: format!("direct:{}", merged.samples),
-                facets: merged.samples as usize,
-                clusters: merged.samples as usize,
+                plan: format!("direct:{}", total.samples),
+                facets: total.samples as usize,
+                clusters: total.samples as usize,
                 directions: run.demand.directions.len(),
                 stages: STAGES.iter().zip(run.seconds).map(|(&name, seconds)| (name, 1e3 * seconds)).collect(),
                 relative_rms,
@@ -114,32 +112,55 @@ pub(super) fn direct(small: &SmallScale, pairs: &[Pair], quality: &Quality, cont
             };
             return Ok(Effective { values, summary });
         }
-        if merged.samples == PILOT_SAMPLES && !weighted {
-            run.weigh(&values)?;
-            weighted = true;
-            total = None;
+        step = if weighted || wanted <= 2 * total.samples {
+            Step::Double
+        } else if total.samples < PILOT_SAMPLES {
+            Step::Fresh(wanted.min(PILOT_SAMPLES))
         } else {
-            total = Some(merged);
-        }
+            let (facets, bits) = pilot.expect("a pilot run fits one batch");
+            run.weigh(&facets, &bits, &values);
+            weighted = true;
+            // Weighted samples are worth two to four others.
+            Step::Fresh((wanted / 4).max(PILOT_SAMPLES))
+        };
     }
 }
 
+/// What to do next.
+enum Step {
+    /// Start again with this many samples.
+    Fresh(u32),
+    /// Add as many as there are.
+    Double,
+}
+
+/// Samples, a power of two, that bring an error down by `factor`: it falls with the samples to about this power (measured, .63 to .8).
+fn needed(samples: u32, factor: f64) -> u32 {
+    const RATE: f64 = 0.75;
+    let wanted = f64::from(samples) * factor.max(1.0).powf(1.0 / RATE);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+    let wanted = wanted.clamp(1.0, f64::from(MAX_SAMPLES)) as u32;
+    wanted.next_power_of_two()
+}
+
 impl Run<'_> {
-    /// Sums of the samples `start..start + length`.
-    fn block(&mut self, start: u32, length: u32) -> Result<Accumulated> {
+    /// Sums of the samples `start..start + length`; and facets and bits, if they fit one batch.
+    fn block(&mut self, start: u32, length: u32) -> Result<(Accumulated, Option<(Facets, Bits)>)> {
         let mut sums = Accumulated {
             samples: start + length,
             pairs: vec![[[0.0; 3]; SETS]; self.demand.pairs.len()],
             area: vec![[0.0; SETS]; self.demand.directions.len()],
         };
         let batches = length.div_ceil(BATCH);
+        let mut last = None;
         for part in 0..batches {
             let (facets, bits) = self.batch(Runs::of_block(start, length, part, batches))?;
             let before = (self.control.clock)();
             add(&facets, &bits, &self.demand, &self.tasks, &self.lobes, &mut sums);
             self.seconds[3] += (self.control.clock)() - before;
+            last = Some((facets, bits));
         }
-        Ok(sums)
+        Ok((sums, last.filter(|_| batches == 1)))
     }
 
     /// Facets and what they see.
@@ -155,13 +176,11 @@ impl Run<'_> {
         Ok((facets, bits))
     }
 
-    /// Chooses where further samples go, by a pilot run whose values were `values`.
-    fn weigh(&mut self, values: &[Value]) -> Result<()> {
-        let (facets, bits) = self.batch(Runs::of_block(0, PILOT_SAMPLES, 0, 1))?;
+    /// Chooses where further samples go, by a pilot run over `facets` whose values were `values`.
+    fn weigh(&mut self, facets: &Facets, bits: &Bits, values: &[Value]) {
         let known = |k: usize| Known { q: values[k].fbar.iter().sum::<f64>() / 3.0, a: values[k].av };
-        let importance = importance::importance(&facets, &bits, &self.demand, &self.lobes, known, STRETCHES);
+        let importance = importance::importance(facets, bits, &self.demand, &self.lobes, known, STRETCHES);
         self.density = self.density.weighted(&importance);
-        Ok(())
     }
 
     /// Visibility of the facets in all directions: by projection, or by rays where the projection spans too many periods.
@@ -268,10 +287,6 @@ fn finish(sums: &Accumulated, demand: &Demand, pairs: &[Pair]) -> (Vec<Value>, f
             value
         })
         .collect();
-    if std::env::var("DBG").is_ok() {
-        let e = energy.max(1e-30);
-        eprintln!("N {} e8 {:.5} e4 {:.5} e2 {:.5}", sums.samples, (spread[0] / e).sqrt(), (spread[1] / e).sqrt(), (spread[2] / e).sqrt());
-    }
     let factor = falls(spread);
     let mut values = values;
     for v in &mut values {

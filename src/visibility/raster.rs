@@ -254,6 +254,8 @@ fn compare(grid: Grid, cells: &[u32], points: &mut Points, index: u32, [a, b, c]
             wrapped_row -= grid.rows;
             lattice_row += 1.0;
         }
+        let row_start = (wrapped_row * grid.columns) as usize;
+        wrapped_row += 1;
         // The columns that the triangle covers within this row: conservative, from the edges clipped to the row.
         let (mut from, mut to) = (first_column, last_column);
         if !narrow {
@@ -266,12 +268,13 @@ fn compare(grid: Grid, cells: &[u32], points: &mut Points, index: u32, [a, b, c]
                 left = if meets { left.min(x.min(y)) } else { left };
                 right = if meets { right.max(x.max(y)) } else { right };
             }
+            if left > right {
+                continue;
+            }
             // A hundredth of a cell covers the rounding of the clipped ends.
             from = from.max(cell_at((left * columns - 1e-2).max(0.0)));
             to = to.min(cell_at((right * columns + 1e-2).clamp(0.0, LARGEST_CELL)));
         }
-        let row_start = (wrapped_row * grid.columns) as usize;
-        wrapped_row += 1;
         let (mut lattice_column, mut shift) = (0.0, 0);
         while from - shift >= grid.columns {
             shift += grid.columns;
