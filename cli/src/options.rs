@@ -33,7 +33,7 @@ pub struct QualityArgs {
     #[arg(long, value_name = "ERROR", default_value_t = Quality::default().tolerance, value_parser = tolerance, allow_negative_numbers = true)]
     pub tolerance: f64,
     /// Wall time to stay within, such as 100ms, 2s or 1m; then the tolerance is a wish
-    #[arg(long, value_name = "TIME", value_parser = time, conflicts_with = "plan", allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", value_parser = time, conflicts_with = "plan", allow_hyphen_values = true)]
     pub budget: Option<Duration>,
     /// Seed of everything random
     #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true)]

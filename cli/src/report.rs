@@ -58,6 +58,9 @@ impl<'a> Summary<'a> {
                 all.push(note.clone());
             }
         }
+        if quality.budget.is_none() && quality.plan.is_none() && summary.relative_rms > quality.tolerance {
+            all.push(format!("the tolerance of {} % was not reached", quality.tolerance * 100.0));
+        }
         Self {
             material: &material.name,
             method: summary.method,
