@@ -1,5 +1,7 @@
 //! Running the binary in a folder of its own.
 
+pub mod cases;
+
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
