@@ -109,9 +109,9 @@ impl From<BadInput> for Error {
 impl Error {
     /// Reading `path` failed: a missing file is the user's mistake, anything else the system's.
     pub fn reading(path: &Path, source: std::io::Error) -> Self {
-        use std::io::ErrorKind::{IsADirectory, NotFound};
+        use std::io::ErrorKind::{InvalidFilename, IsADirectory, NotADirectory, NotFound};
         match source.kind() {
-            NotFound => {
+            NotFound | NotADirectory | InvalidFilename => {
                 BadInput::new("there is no such file", "check the path; paths in a file are relative to that file").in_file(path).into()
             }
             IsADirectory => BadInput::new("this is a folder", "name a file").in_file(path).into(),

@@ -1,3 +1,127 @@
-//! The command `biscale`.
+//! The command `biscale`: one file a command, and what they share in `options`, `output`, `progress` and `interrupt`.
 
-fn main() {}
+mod check;
+mod eval;
+mod interrupt;
+mod later;
+mod new;
+mod options;
+mod output;
+mod pairs;
+mod progress;
+mod report;
+
+use biscale::error::{Error, Result};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use options::CommonArgs;
+use std::process::ExitCode;
+
+/// Bad input or arguments.
+const BAD_INPUT: u8 = 2;
+/// Everything else that fails.
+const FAILED: u8 = 1;
+
+/// Effective BRDFs of bi-scale materials: from a small-scale surface to its look from afar
+#[derive(Parser, Debug)]
+#[command(name = "biscale", version, subcommand_required = true, arg_required_else_help = true, max_term_width = 100)]
+#[command(after_help = "Exit status: 0 done; 2 bad input or arguments; 130 interrupted; 1 anything else.")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    #[command(flatten)]
+    common: CommonArgs,
+}
+
+/// In the order of the work.
+#[derive(Subcommand, Debug)]
+enum Command {
+    /// Write a commented file with every parameter
+    New(new::NewArgs),
+    /// Validate files and say what would be done; does nothing
+    Check(check::CheckArgs),
+    /// Effective BRDF at listed directions
+    Eval(eval::EvalArgs),
+    /// Effective BRDF as a whole table (not built yet)
+    Bake(later::LaterArgs),
+    /// The large-scale appearance, as an image (not built yet)
+    Render(later::LaterArgs),
+    /// Error against time, for every method and setting (not built yet)
+    Study(later::LaterArgs),
+    /// Folding pattern (not built yet)
+    Fold(later::LaterArgs),
+    /// Photographs to calibrated measurements (not built yet)
+    Capture(later::LaterArgs),
+    /// Photograph pair to material (not built yet)
+    Fit(later::LaterArgs),
+    /// Precomputed BRDF tables (not built yet)
+    Cache(later::LaterArgs),
+    /// The interactive editor (not built yet)
+    Edit(later::LaterArgs),
+}
+
+fn main() -> ExitCode {
+    let json_wanted = std::env::args_os().any(|a| a == "--json");
+    let cli = match Cli::command().try_get_matches().and_then(|m| Cli::from_arg_matches(&m)) {
+        Ok(cli) => cli,
+        Err(e) => {
+            if json_wanted && e.use_stderr() {
+                // The exit status tells the same, should standard output be closed.
+                let _ = output::print_json(&output::Failure::arguments(&e));
+            }
+            let _ = e.print();
+            return if e.use_stderr() { ExitCode::from(BAD_INPUT) } else { ExitCode::SUCCESS };
+        }
+    };
+    interrupt::install();
+    // A panic is a bug. It has said what it is; the exit status stays one of those documented.
+    match std::panic::catch_unwind(|| run(&cli)) {
+        Ok(Ok(status)) => ExitCode::from(status),
+        Ok(Err(error)) => ExitCode::from(fail(&error, cli.common.json)),
+        Err(_) => ExitCode::from(FAILED),
+    }
+}
+
+/// Runs the command. A command that did its work and has bad news all the same returns the exit status.
+fn run(cli: &Cli) -> Result<u8> {
+    let threads = usize::from(cli.common.threads);
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build_global()
+        .map_err(|e| Error::Numeric(format!("cannot start {threads} threads: {e}")))?;
+    match &cli.command {
+        Command::New(args) => new::run(args, &cli.common)?,
+        Command::Check(args) => return check::run(args, &cli.common),
+        Command::Eval(args) => eval::run(args, &cli.common)?,
+        Command::Bake(_) => later::run("bake")?,
+        Command::Render(_) => later::run("render")?,
+        Command::Study(_) => later::run("study")?,
+        Command::Fold(_) => later::run("fold")?,
+        Command::Capture(_) => later::run("capture")?,
+        Command::Fit(_) => later::run("fit")?,
+        Command::Cache(_) => later::run("cache")?,
+        Command::Edit(_) => later::run("edit")?,
+    }
+    Ok(0)
+}
+
+/// Says what went wrong and returns the exit status.
+fn fail(error: &Error, json: bool) -> u8 {
+    if output::is_broken_pipe(error) {
+        return 0;
+    }
+    if json {
+        // The exit status and standard error tell the same, should standard output be closed.
+        let _ = output::print_json(&output::Failure::new(error));
+    }
+    output::say(&format!("error: {error}"));
+    status(error)
+}
+
+/// The exit status of an error.
+fn status(error: &Error) -> u8 {
+    match error {
+        Error::BadInput(_) => BAD_INPUT,
+        Error::Interrupted => interrupt::STATUS,
+        Error::Unsupported { .. } | Error::Io { .. } | Error::Numeric(_) => FAILED,
+    }
+}

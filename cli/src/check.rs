@@ -1,0 +1,279 @@
+//! `biscale check`: validates files and says what would be done; does nothing.
+
+use crate::interrupt;
+use crate::options::{CommonArgs, QualityArgs};
+use crate::output::{self, Description};
+use biscale::brdf::Brdf;
+use biscale::error::{Error, Result};
+use biscale::filter::{Method, Quality};
+use biscale::geometry::Tile;
+use biscale::material::{Material, Tint};
+use clap::Args;
+use glam::DVec3;
+use serde::Serialize;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+
+/// Arguments of `biscale check`.
+#[derive(Args, Debug)]
+pub struct CheckArgs {
+    /// Material files
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    #[command(flatten)]
+    quality: QualityArgs,
+}
+
+/// Runs the command: every file is looked at, also after a bad one. Returns the exit status.
+///
+/// # Errors
+/// Only those of the command itself; mistakes in the files are reported, and count in the status.
+pub fn run(args: &CheckArgs, common: &CommonArgs) -> Result<u8> {
+    let quality = args.quality.quality()?;
+    let mut outcomes = Vec::new();
+    let mut status = 0;
+    for file in &args.files {
+        if interrupt::flag().load(Ordering::Relaxed) {
+            return Err(Error::Interrupted);
+        }
+        let outcome = Outcome::of(file, &quality);
+        match &outcome.result {
+            Ok(report) if !common.json => output::print(&format!("{}: ok\n{report}", outcome.file))?,
+            Ok(_) => {}
+            Err(error) => {
+                output::say(&format!("error: {error}"));
+                // Bad input weighs most: it is what this command looks for.
+                let this = crate::status(error);
+                status = if status == crate::BAD_INPUT { status } else { this };
+            }
+        }
+        outcomes.push(outcome);
+    }
+    for note in args.quality.notes() {
+        output::tell(common, &format!("note: {note}"));
+    }
+    if common.json {
+        output::print_json(&Object { ok: status == 0, files: outcomes })?;
+    }
+    Ok(status)
+}
+
+/// The output of `--json`.
+#[derive(Serialize)]
+struct Object {
+    ok: bool,
+    files: Vec<Outcome>,
+}
+
+/// What became of one file.
+struct Outcome {
+    file: String,
+    result: Result<Report>,
+}
+
+impl Outcome {
+    fn of(file: &Path, quality: &Quality) -> Self {
+        Self { file: file.display().to_string(), result: Report::of(file, quality) }
+    }
+}
+
+impl Serialize for Outcome {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        struct Entry<'a> {
+            file: &'a str,
+            ok: bool,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            report: Option<&'a Report>,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            error: Option<Description>,
+        }
+        let report = self.result.as_ref().ok();
+        let error = self.result.as_ref().err().map(Description::new);
+        Entry { file: &self.file, ok: report.is_some(), report, error }.serialize(serializer)
+    }
+}
+
+/// What a good material file means.
+#[derive(Clone, Debug, Serialize)]
+struct Report {
+    kind: &'static str,
+    name: String,
+    unit: &'static str,
+    /// In `unit`.
+    period: [f64; 2],
+    /// Lowest and highest point, in `unit`.
+    height: [f64; 2],
+    triangles: usize,
+    vertices: usize,
+    parts: Vec<Part>,
+    surfaces: Vec<SurfaceReport>,
+    /// What `eval` and `bake` would run.
+    would_run: String,
+    /// Bytes of the geometry and what rays need of it, about.
+    memory_bytes: usize,
+    notes: Vec<String>,
+    warnings: Vec<String>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct Part {
+    part: String,
+    triangles: usize,
+    /// In square `unit`s.
+    area: f64,
+    /// Share of the area of all parts.
+    share: f64,
+    /// Place in `surfaces`.
+    surface: usize,
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct SurfaceReport {
+    part: String,
+    brdf: String,
+    tint: String,
+}
+
+/// Bytes of one triangle in the tile and in the hierarchy that rays walk through: indices, part and surface, three corners in
+/// f32, and its share of the nodes (measured for obvhs' eight-wide tree: about 30 a triangle).
+const BYTES_PER_TRIANGLE: usize = 12 + 2 + 2 + 36 + 30;
+/// Texture coordinates of one triangle.
+const BYTES_OF_UV: usize = 48;
+/// Bytes of a vertex.
+const BYTES_PER_VERTEX: usize = 24;
+
+impl Report {
+    fn of(file: &Path, quality: &Quality) -> Result<Self> {
+        let material = Material::load(file)?;
+        let surface = material.build()?;
+        let tile = &surface.tile;
+        let mut parts: Vec<Part> =
+            tile.parts.iter().map(|part| Part { part: part.clone(), triangles: 0, area: 0.0, share: 0.0, surface: 0 }).collect();
+        let places = tile.part_of_triangle.iter().zip(&surface.surface_of_triangle);
+        for (triangle, (&part, &covering)) in places.enumerate() {
+            let part = &mut parts[usize::from(part)];
+            part.triangles += 1;
+            part.area += area(tile.corners(triangle));
+            part.surface = usize::from(covering);
+        }
+        let whole: f64 = parts.iter().map(|p| p.area).sum();
+        for part in &mut parts {
+            part.share = if whole > 0.0 { part.area / whole } else { 0.0 };
+        }
+        let (low, high) = tile.vertices.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v.z), high.max(v.z)));
+        let surfaces = material
+            .surfaces
+            .iter()
+            .map(|s| SurfaceReport { part: s.part.clone(), brdf: describe_brdf(&s.brdf), tint: describe_tint(&s.tint) })
+            .collect();
+        Ok(Self {
+            kind: "material",
+            name: material.name,
+            unit: material.unit,
+            period: tile.period.into(),
+            height: if low <= high { [low, high] } else { [0.0; 2] },
+            triangles: tile.triangles.len(),
+            vertices: tile.vertices.len(),
+            parts,
+            surfaces,
+            would_run: would_run(quality),
+            memory_bytes: memory(tile),
+            notes: tile.notes.clone(),
+            warnings: Vec::new(),
+        })
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let unit = self.unit;
+        writeln!(f, "  name      {}", self.name)?;
+        writeln!(f, "  period    {} x {} {unit}", self.period[0], self.period[1])?;
+        writeln!(f, "  height    {} to {} {unit}", digits(self.height[0]), digits(self.height[1]))?;
+        writeln!(f, "  geometry  {} triangles, {} vertices", self.triangles, self.vertices)?;
+        for part in &self.parts {
+            let surface = &self.surfaces[part.surface];
+            let tint = if surface.tint == "1" { String::new() } else { format!(", tint {}", surface.tint) };
+            writeln!(
+                f,
+                "  part      {}: {} triangles, area {} {unit}^2 ({:.1} %), {}{tint}",
+                part.part,
+                part.triangles,
+                digits(part.area),
+                part.share * 100.0,
+                surface.brdf
+            )?;
+        }
+        writeln!(f, "  eval      {}", self.would_run)?;
+        writeln!(f, "  memory    about {:.1} MiB for the geometry", self.memory_bytes as f64 / f64::from(1 << 20))?;
+        for note in &self.notes {
+            writeln!(f, "  note      {note}")?;
+        }
+        for warning in &self.warnings {
+            writeln!(f, "  warning   {warning}")?;
+        }
+        Ok(())
+    }
+}
+
+fn area([a, b, c]: [DVec3; 3]) -> f64 {
+    0.5 * (b - a).cross(c - a).length()
+}
+
+fn memory(tile: &Tile) -> usize {
+    let uv = if tile.uv.is_some() { BYTES_OF_UV } else { 0 };
+    tile.triangles.len() * (BYTES_PER_TRIANGLE + uv) + tile.vertices.len() * BYTES_PER_VERTEX
+}
+
+fn would_run(quality: &Quality) -> String {
+    let method = match quality.method {
+        Method::Auto => "auto",
+        Method::Direct => "direct",
+        Method::LowRank => "lowrank (not built yet)",
+        Method::SphericalGaussian => "sg (not built yet)",
+        Method::Reference => "reference",
+    };
+    let bounces = match quality.bounces {
+        0 => "direct light only".to_owned(),
+        n => format!("{n} reflections after the first"),
+    };
+    let until = match (&quality.plan, quality.budget) {
+        (Some(plan), _) => format!("by the plan {plan}"),
+        (None, Some(seconds)) => format!("for {seconds} s"),
+        (None, None) => format!("to a relative RMS error of {} %", digits(quality.tolerance * 100.0)),
+    };
+    format!("method {method}, {until}, {bounces}, seed {}", quality.seed)
+}
+
+/// A number with six significant digits at most.
+fn digits(x: f64) -> String {
+    format!("{x:.5e}").parse::<f64>().unwrap_or(x).to_string()
+}
+
+/// Three numbers, or one where they are equal.
+fn colour(c: [f64; 3]) -> String {
+    if c[0] == c[1] && c[1] == c[2] { digits(c[0]) } else { format!("[{}, {}, {}]", digits(c[0]), digits(c[1]), digits(c[2])) }
+}
+
+fn describe_tint(tint: &Tint) -> String {
+    match tint {
+        Tint::Uniform(c) => colour(*c),
+        Tint::Image(image) => format!("an image of {} x {}", image.width, image.height),
+    }
+}
+
+fn describe_brdf(brdf: &Brdf) -> String {
+    let rest = |diffuse: &[f64; 3], specular: &[f64; 3]| format!("diffuse {}, specular {}", colour(*diffuse), colour(*specular));
+    match brdf {
+        Brdf::Lambert { albedo } => format!("lambert, albedo {}", colour(*albedo)),
+        Brdf::BlinnPhong { diffuse, specular, exponent } => format!("blinn-phong, {}, exponent {exponent}", rest(diffuse, specular)),
+        Brdf::CookTorrance { diffuse, specular, alpha, distribution, f0 } => {
+            let f0 = f0.map_or(String::new(), |f| format!(", f0 {}", colour(f)));
+            let shape = format!("{distribution:?}").to_lowercase();
+            format!("cook-torrance ({shape}), {}, alpha {alpha}{f0}", rest(diffuse, specular))
+        }
+        Brdf::Ward { diffuse, specular, alpha } => format!("ward, {}, alpha {alpha}", rest(diffuse, specular)),
+    }
+}

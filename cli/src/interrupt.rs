@@ -1,0 +1,40 @@
+//! Ctrl-C.
+//!
+//! The first one asks the work to stop: the library looks at [`flag`] and returns `Interrupted`. A second one, or a program
+//! that has not stopped [`PATIENCE`] later (it waits for input, or reads a large file), ends the process at once. Either way the
+//! exit status is 130 and no temporary file stays.
+
+use crate::output;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// Exit status of an interrupted program, by convention 128 + SIGINT.
+pub const STATUS: u8 = 130;
+
+/// How long the work has to stop by itself.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Set once the user has asked to stop.
+pub fn flag() -> &'static AtomicBool {
+    &INTERRUPTED
+}
+
+/// Listens to Ctrl-C and to requests to terminate. Without a handler (the system refuses one) Ctrl-C still ends the process.
+pub fn install() {
+    let _ = ctrlc::set_handler(|| {
+        if INTERRUPTED.swap(true, Ordering::SeqCst) {
+            end();
+        }
+        std::thread::spawn(|| {
+            std::thread::sleep(PATIENCE);
+            end();
+        });
+    });
+}
+
+fn end() -> ! {
+    output::remove_unfinished();
+    std::process::exit(i32::from(STATUS))
+}

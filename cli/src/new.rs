@@ -1,0 +1,94 @@
+//! `biscale new`: a commented file with every parameter.
+
+use crate::options::CommonArgs;
+use crate::output::{self, Target};
+use biscale::error::{BadInput, Error, Result};
+use clap::{Args, ValueEnum};
+use serde_json::json;
+use std::path::PathBuf;
+
+/// Arguments of `biscale new`.
+#[derive(Args, Debug)]
+pub struct NewArgs {
+    /// What to write: a material of one geometry kind, or another file
+    kind: Kind,
+    /// The file to write, `-` for standard output; `new fit` takes `CAPTURE_FOLDER` FILE
+    #[arg(required = true, num_args = 1..=2, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Replace a file that exists
+    #[arg(long)]
+    force: bool,
+}
+
+/// What can be written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Kind {
+    /// Parallel grooves: V-shaped, flat-bottomed or sawtooth
+    Grooves,
+    /// Pyramids with a base of n corners
+    Pyramids,
+    /// Thin rods that stand or lie on a floor
+    Rods,
+    /// Woven threads, from a draft or a WIF file
+    Weave,
+    /// Heights from an image or a scan
+    HeightField,
+    /// Triangles from an OBJ, PLY or STL file
+    Mesh,
+    /// A scene for `render`; not built yet
+    Scene,
+    /// A list of photographs for `capture`; not built yet
+    Shoot,
+    /// The question that `fit` answers; not built yet
+    Fit,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Unsupported for the files of commands that are not built yet; bad input if the file exists.
+pub fn run(args: &NewArgs, common: &CommonArgs) -> Result<()> {
+    let kind = args.kind.to_possible_value().map(|v| v.get_name().to_owned()).unwrap_or_default();
+    let unsupported = || Error::Unsupported { what: format!("`biscale new {kind}`"), remedy: "it is not built yet in this version".into() };
+    if matches!(args.kind, Kind::Scene | Kind::Shoot | Kind::Fit) {
+        return Err(unsupported());
+    }
+    let [file] = &args.files[..] else {
+        return Err(BadInput::new("two files are given", format!("write `biscale new {kind} FILE`")).at_field("FILE").into());
+    };
+    let text = template(&kind).ok_or_else(unsupported)?;
+    // The user edits this file: it is never recognised as ours to overwrite.
+    let target = Target::new(file, args.force, &[], |_| false)?;
+    if target.is_stdout() && common.json {
+        return output::print_json(&json!({ "kind": kind, "text": text }));
+    }
+    target.write(|out| out.write_all(text.as_bytes()))?;
+    if common.json {
+        return output::print_json(&json!({ "kind": kind, "file": file.display().to_string() }));
+    }
+    if !target.is_stdout() {
+        output::tell(common, &format!("wrote {}; `biscale check {}` says what it means", file.display(), file.display()));
+    }
+    Ok(())
+}
+
+/// The text of a file of this kind.
+fn template(kind: &str) -> Option<String> {
+    (kind == "mesh").then(|| MESH.to_owned())
+}
+
+const MESH: &str = r#"format = 1
+name = "mesh"
+unit = "mm"              # nm, um, mm, cm or m: of all lengths in this file
+
+[geometry]
+kind = "mesh"            # triangles from a file
+file = "surface.obj"     # OBJ, PLY or STL; the path is relative to this file
+period = [1.0, 1.0]      # size of one period in x and y, in the file's units; 1e-6 to 1e6
+scale = 1.0              # factor from the file's units to this file's unit; 1e-9 to 1e9
+
+[[surface]]
+part = "*"               # an OBJ usemtl or g name; "*" is all the rest
+brdf = { model = "lambert", albedo = 0.5 }
+tint = [1.0, 1.0, 1.0]   # linear RGB factors of the BRDF; 0 to 1
+"#;

@@ -1,0 +1,318 @@
+//! What a command leaves behind: files that are whole or not there, JSON and text on standard output, words on standard error.
+
+use crate::options::CommonArgs;
+use biscale::error::{BadInput, Error, Result};
+use serde::Serialize;
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+/// Bytes that a [`BufWriter`] of this program gathers.
+const BUFFER: usize = 1 << 20;
+
+/// Temporary files that are being written, so that an interrupt can remove them.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Removes the temporary files of outputs that are not finished. For the end of an interrupted process only.
+pub fn remove_unfinished() {
+    for path in UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
+        // The process ends here: there is nobody left to tell.
+        let _ = std::fs::remove_file(path);
+    }
+}
+
+/// A file to be written: checked before the work begins, written beside its place and renamed when it is whole.
+#[derive(Clone, Debug)]
+pub struct Target {
+    /// The file as the user named it.
+    path: PathBuf,
+    kind: Kind,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Kind {
+    /// A regular file at this path (links followed); `replace` if one that exists may be overwritten.
+    File { real: PathBuf, replace: bool },
+    /// Standard output (`-`).
+    Stdout,
+    /// A device or pipe: written as it is.
+    Device,
+}
+
+impl Target {
+    /// Checks that `path` can be written, before any work is done.
+    ///
+    /// An existing file is refused unless `force`, or `made_here` recognises it as an output of the same command.
+    /// `inputs` are files that the command reads: the output may be none of them unless `force`. `-` is standard output.
+    ///
+    /// # Errors
+    /// Bad input if the folder is missing, `path` is a folder, or the file exists; i/o if the folder cannot be written.
+    pub fn new(path: &Path, force: bool, inputs: &[&Path], made_here: impl Fn(&Path) -> bool) -> Result<Self> {
+        let bad = |problem: String, remedy: &str| Error::from(BadInput::new(problem, remedy).in_file(path));
+        if path.as_os_str() == "-" {
+            return Ok(Self::stdout());
+        }
+        if path.as_os_str().is_empty() {
+            return Err(BadInput::new("the name of the output is empty", "name a file").into());
+        }
+        let existing = match std::fs::metadata(path) {
+            Ok(metadata) => Some(metadata),
+            Err(e) if is_missing(&e) => None,
+            Err(e) if e.kind() == io::ErrorKind::InvalidFilename => {
+                return Err(bad("this name is too long or not allowed".into(), "name another file"));
+            }
+            Err(source) => return Err(Error::Io { action: "write", path: path.to_path_buf(), source }),
+        };
+        let Some(metadata) = existing else {
+            let real = path.to_path_buf();
+            check_folder(path, &real)?;
+            return Ok(Self { path: path.to_path_buf(), kind: Kind::File { real, replace: false } });
+        };
+        if metadata.is_dir() {
+            return Err(bad("the output is a folder".into(), "name a file"));
+        }
+        if !metadata.is_file() {
+            return Ok(Self { path: path.to_path_buf(), kind: Kind::Device });
+        }
+        let real = std::fs::canonicalize(path).map_err(|source| Error::Io { action: "write", path: path.to_path_buf(), source })?;
+        if !force {
+            if inputs.iter().any(|input| std::fs::canonicalize(input).is_ok_and(|input| input == real)) {
+                return Err(bad("this file is also read by the command".into(), "name another output, or replace it with --force"));
+            }
+            if !made_here(&real) {
+                return Err(bad("this file exists already".into(), "name another output, or replace it with --force"));
+            }
+        }
+        check_folder(path, &real)?;
+        Ok(Self { path: path.to_path_buf(), kind: Kind::File { real, replace: true } })
+    }
+
+    /// Standard output.
+    pub fn stdout() -> Self {
+        Self { path: PathBuf::from("-"), kind: Kind::Stdout }
+    }
+
+    /// Whether this is standard output.
+    pub fn is_stdout(&self) -> bool {
+        self.kind == Kind::Stdout
+    }
+
+    /// Writes the output with `content`. A file appears whole or, after an error, not at all.
+    ///
+    /// # Errors
+    /// Those of `content`; i/o if the file cannot be written; bad input if it came into being since [`Target::new`].
+    pub fn write(&self, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<()> {
+        let failed = |source| Error::Io { action: "write", path: self.path.clone(), source };
+        match &self.kind {
+            Kind::Stdout => {
+                let mut out = BufWriter::with_capacity(BUFFER, io::stdout().lock());
+                content(&mut out).and_then(|()| out.flush()).map_err(stdout_error)
+            }
+            Kind::Device => {
+                let file = File::options().write(true).open(&self.path).map_err(failed)?;
+                let mut out = BufWriter::with_capacity(BUFFER, file);
+                content(&mut out).and_then(|()| out.flush()).map_err(failed)
+            }
+            Kind::File { .. } => self.write_file(|file| {
+                let mut out = BufWriter::with_capacity(BUFFER, file);
+                content(&mut out)?;
+                out.flush()
+            }),
+        }
+    }
+
+    /// As [`Target::write`], for writers that seek; standard output and pipes cannot, and are bad input.
+    ///
+    /// # Errors
+    /// As [`Target::write`].
+    pub fn write_file(&self, content: impl FnOnce(&mut File) -> io::Result<()>) -> Result<()> {
+        let Kind::File { real, replace } = &self.kind else {
+            return Err(BadInput::new("this output must be a file", "name a file in a folder").in_file(&self.path).into());
+        };
+        let failed = |source| Error::Io { action: "write", path: self.path.clone(), source };
+        let mut unfinished = Unfinished::create(real).map_err(failed)?;
+        content(unfinished.temporary.as_file_mut()).map_err(failed)?;
+        unfinished.finish(real, *replace).map_err(|source| match source.kind() {
+            io::ErrorKind::AlreadyExists => {
+                BadInput::new("this file came into being while the command ran", "name another output, or replace it with --force")
+                    .in_file(&self.path)
+                    .into()
+            }
+            _ => failed(source),
+        })
+    }
+}
+
+/// A temporary file beside the place of an output. Without [`Unfinished::finish`] it goes away.
+struct Unfinished {
+    temporary: tempfile::NamedTempFile,
+    listed: Listed,
+}
+
+/// An entry of [`UNFINISHED`].
+struct Listed(PathBuf);
+
+impl Drop for Listed {
+    fn drop(&mut self) {
+        UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).retain(|p| *p != self.0);
+    }
+}
+
+impl Unfinished {
+    fn create(real: &Path) -> io::Result<Self> {
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".biscale-").suffix(".part");
+        #[cfg(unix)]
+        {
+            // As any program creates a file: the umask takes away what it should.
+            use std::os::unix::fs::PermissionsExt;
+            builder.permissions(std::fs::Permissions::from_mode(0o666));
+        }
+        // The lock is held until the new file is listed: an interrupt in between would leave it.
+        let mut list = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
+        let temporary = builder.tempfile_in(folder_of(real))?;
+        let path = temporary.path().to_path_buf();
+        list.push(path.clone());
+        Ok(Self { temporary, listed: Listed(path) })
+    }
+
+    /// Gives the file its place; with `replace` whatever is there goes.
+    fn finish(self, real: &Path, replace: bool) -> io::Result<()> {
+        let Self { temporary, listed: _listed } = self;
+        if replace {
+            return temporary.persist(real).map(drop).map_err(|e| e.error);
+        }
+        match temporary.persist_noclobber(real) {
+            Ok(_) => Ok(()),
+            Err(e) if e.error.kind() == io::ErrorKind::AlreadyExists => Err(e.error),
+            // Some file systems cannot rename without replacing in one step.
+            Err(e) if !real.exists() => e.file.persist(real).map(drop).map_err(|e| e.error),
+            Err(e) => Err(e.error),
+        }
+    }
+}
+
+/// Whether nothing stands at a path.
+fn is_missing(error: &io::Error) -> bool {
+    matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory)
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// Checks that a file can be created beside `real`, by creating one.
+fn check_folder(path: &Path, real: &Path) -> Result<()> {
+    let folder = folder_of(real);
+    match std::fs::metadata(folder) {
+        Ok(metadata) if metadata.is_dir() => {}
+        Ok(_) => {
+            return Err(BadInput::new(format!("{} is not a folder", folder.display()), "name a file in a folder").in_file(path).into());
+        }
+        Err(e) if is_missing(&e) => {
+            let problem = format!("there is no folder {}", folder.display());
+            return Err(BadInput::new(problem, "create it first, or name another output").in_file(path).into());
+        }
+        Err(source) => return Err(Error::Io { action: "write", path: path.to_path_buf(), source }),
+    }
+    Unfinished::create(real).map(drop).map_err(|source| Error::Io { action: "write", path: path.to_path_buf(), source })
+}
+
+/// Whether the first line of the file at `path` is `line`: how a text output is recognised as made by its command.
+pub fn begins_with(path: &Path, line: &str) -> bool {
+    let Ok(file) = File::open(path) else { return false };
+    let mut first = String::new();
+    let limit = line.len() as u64 + 2;
+    BufReader::new(file.take(limit)).read_line(&mut first).is_ok() && first.trim_end() == line
+}
+
+/// An error of standard output; [`is_broken_pipe`] recognises the one that is none.
+fn stdout_error(source: io::Error) -> Error {
+    Error::Io { action: "write", path: "standard output".into(), source }
+}
+
+/// Whether `error` only says that nobody reads our output any more (`biscale ... | head`).
+pub fn is_broken_pipe(error: &Error) -> bool {
+    matches!(error, Error::Io { source, .. } if source.kind() == io::ErrorKind::BrokenPipe)
+}
+
+/// Writes `text` to standard output.
+///
+/// # Errors
+/// I/o.
+pub fn print(text: &str) -> Result<()> {
+    let mut out = io::stdout().lock();
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(stdout_error)
+}
+
+/// Writes `value` as one JSON object, with a line end, to standard output.
+///
+/// # Errors
+/// I/o.
+pub fn print_json(value: &impl Serialize) -> Result<()> {
+    let mut out = BufWriter::with_capacity(BUFFER, io::stdout().lock());
+    serde_json::to_writer(&mut out, value)
+        .map_err(io::Error::from)
+        .and_then(|()| writeln!(out))
+        .and_then(|()| out.flush())
+        .map_err(stdout_error)
+}
+
+/// Writes `text` and a line end to standard error; one that cannot be written is nobody's loss.
+pub fn say(text: &str) {
+    let _ = writeln!(io::stderr().lock(), "{text}");
+}
+
+/// Says `text` unless the user wants quiet, or JSON, which carries the same.
+pub fn tell(common: &CommonArgs, text: &str) {
+    if !common.quiet && !common.json {
+        say(text);
+    }
+}
+
+/// A failure as JSON: `{"error": {...}}`.
+#[derive(Debug, Serialize)]
+pub struct Failure {
+    error: Description,
+}
+
+/// What went wrong; `null` where it does not apply.
+#[derive(Debug, Serialize)]
+pub struct Description {
+    /// `bad-input`, `arguments`, `unsupported`, `io`, `numeric` or `interrupted`.
+    kind: &'static str,
+    file: Option<String>,
+    line: Option<usize>,
+    field: Option<String>,
+    /// What standard error says.
+    message: String,
+}
+
+impl Failure {
+    /// Describes an error of the library.
+    pub fn new(error: &Error) -> Self {
+        Self { error: Description::new(error) }
+    }
+
+    /// Describes wrong arguments.
+    pub fn arguments(error: &clap::Error) -> Self {
+        let message = error.render().to_string().trim().to_owned();
+        Self { error: Description { kind: "arguments", file: None, line: None, field: None, message } }
+    }
+}
+
+impl Description {
+    /// Describes an error of the library.
+    pub fn new(error: &Error) -> Self {
+        let name = |path: &Path| path.display().to_string();
+        let (kind, file, line, field) = match error {
+            Error::BadInput(bad) => ("bad-input", bad.file.as_deref().map(name), bad.line, bad.field.clone()),
+            Error::Unsupported { .. } => ("unsupported", None, None, None),
+            Error::Io { path, .. } => ("io", Some(name(path)), None, None),
+            Error::Numeric(_) => ("numeric", None, None, None),
+            Error::Interrupted => ("interrupted", None, None, None),
+        };
+        Self { kind, file, line, field, message: error.to_string() }
+    }
+}

@@ -1,0 +1,99 @@
+//! What a command that filtered a surface says about it: on standard error, or as part of its JSON.
+
+use biscale::filter::{self, Quality};
+use biscale::material::{Material, SmallScale};
+use serde::{Serialize, Serializer};
+use std::fmt;
+
+/// How a result was made. Shown as a few lines of text, or serialised.
+#[derive(Clone, Debug, Serialize)]
+pub struct Summary<'a> {
+    material: &'a str,
+    method: &'static str,
+    /// What `--plan` takes to repeat the bits.
+    plan: &'a str,
+    seed: u64,
+    pairs: usize,
+    facets: usize,
+    clusters: usize,
+    directions: usize,
+    milliseconds: Stages,
+    /// Estimated, of fbar over all pairs and channels.
+    relative_rms_error: f64,
+    tolerance: f64,
+    notes: Vec<String>,
+}
+
+/// Milliseconds of each stage, in the order of the work; a JSON object.
+#[derive(Clone, Debug)]
+struct Stages(Vec<(&'static str, f64)>);
+
+impl Serialize for Stages {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|&(name, ms)| (name, (ms * 1e3).round() / 1e3)))
+    }
+}
+
+impl<'a> Summary<'a> {
+    /// Gathers what is to be said: `before` are the stages before the library's, `notes` those of the command.
+    pub fn new(
+        material: &'a Material,
+        surface: &SmallScale,
+        quality: &Quality,
+        pairs: usize,
+        before: &[(&'static str, f64)],
+        summary: &'a filter::Summary,
+        notes: Vec<String>,
+    ) -> Self {
+        let mut stages: Vec<(&'static str, f64)> = Vec::new();
+        for &(name, ms) in before.iter().chain(&summary.stages) {
+            match stages.iter_mut().find(|(n, _)| *n == name) {
+                Some((_, sum)) => *sum += ms,
+                None => stages.push((name, ms)),
+            }
+        }
+        let mut all: Vec<String> = Vec::new();
+        for note in surface.tile.notes.iter().chain(&summary.notes).chain(&notes) {
+            if !all.contains(note) {
+                all.push(note.clone());
+            }
+        }
+        if quality.budget.is_none() && quality.plan.is_none() && summary.relative_rms > quality.tolerance {
+            all.push(format!("the tolerance of {} % was not reached", quality.tolerance * 100.0));
+        }
+        Self {
+            material: &material.name,
+            method: summary.method,
+            plan: &summary.plan,
+            seed: quality.seed,
+            pairs,
+            facets: summary.facets,
+            clusters: summary.clusters,
+            directions: summary.directions,
+            milliseconds: Stages(stages),
+            relative_rms_error: summary.relative_rms,
+            tolerance: quality.tolerance,
+            notes: all,
+        }
+    }
+}
+
+impl fmt::Display for Summary<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "{}: method {}, {} facets, {} clusters, {} directions, {} pairs",
+            self.material, self.method, self.facets, self.clusters, self.directions, self.pairs
+        )?;
+        let stages: Vec<String> = self.milliseconds.0.iter().map(|(name, ms)| format!("{name} {ms:.1}")).collect();
+        writeln!(f, "milliseconds: {}", stages.join(", "))?;
+        write!(f, "estimated relative RMS error: {:.3} %", self.relative_rms_error * 100.0)?;
+        if !self.plan.is_empty() {
+            write!(f, "\nplan: {} (seed {})", self.plan, self.seed)?;
+        }
+        for note in &self.notes {
+            write!(f, "\nnote: {note}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,77 @@
+#!/bin/sh
+# Everything that building needs, on a Debian-like machine: a C compiler (the linker of Rust programs), a Rust toolchain, the
+# crates of Cargo.lock. What is there is left alone; when all is there, nothing is asked of the network.
+#
+# usage: scripts/setup.sh [test]     with "test" also rustfmt and clippy
+set -eu
+cd "$(dirname "$0")/.."
+
+say() { echo "setup: $*" >&2; }
+fail() { say "$*"; exit 1; }
+
+rust_needed=$(sed -n 's/^rust-version = "\([0-9.]*\)"$/\1/p' Cargo.toml)
+
+# --- system packages ---------------------------------------------------------------------------------------------------------
+
+install() {
+    command -v apt-get >/dev/null || fail "please install: $* (there is no apt-get here)"
+    as_root=
+    if [ "$(id -u)" -ne 0 ]; then
+        command -v sudo >/dev/null || fail "please install as root: apt-get install $*"
+        as_root=sudo
+    fi
+    say "installing with apt-get: $*"
+    $as_root apt-get update -q >&2
+    $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "$@" >&2
+}
+
+# A compiler without the C library's headers and start files cannot link: so link.
+links() {
+    scratch=$(mktemp -d)
+    echo 'int main(void) { return 0; }' >"$scratch/main.c"
+    linked=0
+    cc "$scratch/main.c" -o "$scratch/main" 2>/dev/null || linked=1
+    rm -rf "$scratch"
+    return $linked
+}
+
+if ! links; then
+    say "there is no working C compiler"
+    install gcc libc6-dev
+    links || fail "cc still cannot link a program; see the messages above"
+fi
+
+# --- the Rust toolchain: looked at, never installed -------------------------------------------------------------------------
+
+advice="install Rust $rust_needed or newer from https://rustup.rs, or, where rustup is there, run: rustup update stable"
+
+# at_least VERSION NEEDED, by major and minor number
+at_least() {
+    [ "${1%%.*}" -gt "${2%%.*}" ] && return 0
+    minor=${1#*.}
+    [ "${1%%.*}" -eq "${2%%.*}" ] && [ "${minor%%.*}" -ge "${2#*.}" ]
+}
+
+for tool in cargo rustc; do
+    command -v $tool >/dev/null || fail "there is no $tool; $advice"
+    version=$($tool --version 2>/dev/null | cut -d' ' -f2)
+    case $version in
+        [0-9]*.[0-9]*.*) ;;
+        *) fail "$tool does not run; $advice" ;;
+    esac
+    at_least "$version" "$rust_needed" || fail "$tool is $version and $rust_needed is needed; $advice"
+done
+if [ "${1:-}" = test ]; then
+    for tool in fmt clippy; do
+        cargo $tool --version >/dev/null 2>&1 || fail "there is no cargo $tool; run: rustup component add rustfmt clippy"
+    done
+fi
+
+# --- crates ------------------------------------------------------------------------------------------------------------------
+
+host=$(rustc -vV | sed -n 's/^host: //p')
+if ! cargo fetch --locked --offline --target "$host" >/dev/null 2>&1; then
+    say "fetching the crates of Cargo.lock"
+    [ -e /etc/ssl/certs/ca-certificates.crt ] || ! command -v apt-get >/dev/null || install ca-certificates
+    cargo fetch --locked --target "$host" || fail "cannot fetch the crates; connect to the network once, later runs work without"
+fi

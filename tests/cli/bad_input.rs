@@ -1,0 +1,263 @@
+//! Bad input through the binary: the right exit status, one message that says where and what, nothing written.
+
+#[allow(dead_code, reason = "shared by several test programs; each uses its part")]
+mod support;
+
+use support::cases::Wrong::{self, Also, Arguments, File, Material, Mesh, NoFile, Pairs};
+use support::cases::try_all;
+use support::{Folder, MATERIAL};
+
+#[test]
+fn wrong_material_files_are_refused_by_line_and_field() {
+    try_all(&[
+        ("a bracket is missing", Material("[geometry]", "[geometry"), 2, &["m.toml:4", "not valid TOML"]),
+        ("a key twice", Material("kind = \"mesh\"", "kind = \"mesh\"\nkind = \"mesh\""), 2, &["m.toml:6", "not valid TOML", "duplicate"]),
+        ("a text without end", Material("\"plane\"", "\"plane"), 2, &["m.toml:2", "not valid TOML"]),
+        ("not UTF-8", File("m.toml", b"format = 1\nname = \"caf\xe9\"\n"), 2, &["m.toml:2", "UTF-8"]),
+        ("empty", File("m.toml", b""), 2, &["m.toml:1", "format", "add `format = 1`"]),
+        ("binary", File("m.toml", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"), 2, &["m.toml:1", "UTF-8"]),
+        ("not there", NoFile("m.toml"), 2, &["m.toml", "no such file", "check the path"]),
+        ("a folder", Wrong::Folder("m.toml"), 2, &["m.toml", "folder", "name a file"]),
+        ("inside a file", Arguments(&["check", "plane.obj/m.toml"]), 2, &["plane.obj/m.toml", "no such file"]),
+        ("no format", Material("format = 1\n", ""), 2, &["m.toml:1", "format", "required"]),
+        ("a later format", Material("format = 1", "format = 2"), 2, &["m.toml:1: format", "2", "`format = 1`"]),
+        ("a format that is text", Material("format = 1", "format = \"1\""), 2, &["m.toml:1: format", "\"1\" is a string", "whole number"]),
+        ("an unknown unit", Material("name =", "unit = \"inch\"\nname ="), 2, &["m.toml:2: unit", "inch", "mm"]),
+        ("an unknown key", Material("name =", "nmae ="), 2, &["m.toml:2: nmae", "unknown key `nmae`", "did you mean `name`?"]),
+        ("an unknown table", Material("[geometry]", "[goemetry]"), 2, &["m.toml", "[geometry]"]),
+        (
+            "no geometry",
+            Material("[geometry]\nkind = \"mesh\"\nfile = \"plane.obj\"\nperiod = [1.0, 1.0]\n", ""),
+            2,
+            &["m.toml", "no [geometry]", "biscale new"],
+        ),
+        (
+            "geometry that is no table",
+            Material("[geometry]\nkind = \"mesh\"\nfile = \"plane.obj\"\nperiod = [1.0, 1.0]\n", "geometry = 3\n"),
+            2,
+            &["m.toml:4: geometry", "3 is an integer", "table"],
+        ),
+        (
+            "no surface",
+            Material("[[surface]]\npart = \"*\"\nbrdf = { model = \"lambert\", albedo = 0.5 }\n", ""),
+            2,
+            &["m.toml", "no [[surface]]", "part = \"*\""],
+        ),
+        ("one surface that is no list", Material("[[surface]]", "[surface]"), 2, &["m.toml:9: surface", "[[surface]]"]),
+        ("a surface without a part", Material("part = \"*\"\n", ""), 2, &["m.toml:9: surface[0].part", "required"]),
+        (
+            "a surface without a BRDF",
+            Material("brdf = { model = \"lambert\", albedo = 0.5 }\n", ""),
+            2,
+            &["m.toml:9: surface[0].brdf", "required", "lambert"],
+        ),
+        (
+            "a part that is not there",
+            Material("part = \"*\"", "part = \"lowe\""),
+            2,
+            &["m.toml:9: surface", "\"lowe\"", "did you mean `low`?"],
+        ),
+        ("a part left out", Material("part = \"*\"", "part = \"low\""), 2, &["m.toml", "no surface covers part \"high\"", "part = \"*\""]),
+        (
+            "a part covered twice",
+            Material("[[surface]]", "[[surface]]\npart = \"*\"\nbrdf = { model = \"lambert\", albedo = 0.1 }\n[[surface]]"),
+            2,
+            &["m.toml:12: surface", "covered twice"],
+        ),
+        (
+            "a tint over 1",
+            Material("part = \"*\"", "part = \"*\"\ntint = [1.0, 2.0, 1.0]"),
+            2,
+            &["m.toml:11: surface[0].tint", "2.0", "from 0 to 1"],
+        ),
+        (
+            "a tint of two numbers",
+            Material("part = \"*\"", "part = \"*\"\ntint = [1.0, 1.0]"),
+            2,
+            &["m.toml:11: surface[0].tint", "2 elements", "3 numbers"],
+        ),
+    ]);
+}
+
+#[test]
+fn wrong_brdfs_are_refused_by_line_and_field() {
+    const GOOD: &str = "model = \"lambert\", albedo = 0.5";
+    try_all(&[
+        (
+            "an unknown model",
+            Material("lambert", "lambret"),
+            2,
+            &["m.toml:11: surface[0].brdf.model", "lambret", "did you mean `lambert`?"],
+        ),
+        ("no model", Material("model = \"lambert\", ", ""), 2, &["m.toml:11: surface[0].brdf.model", "required"]),
+        ("a model that is a number", Material("\"lambert\"", "1"), 2, &["m.toml:11: surface[0].brdf.model", "1 is an integer", "text"]),
+        ("no albedo", Material(", albedo = 0.5", ""), 2, &["m.toml:11: surface[0].brdf.albedo", "required", "albedo = 0.5"]),
+        ("an albedo over 1", Material("0.5", "1.5"), 2, &["m.toml:11: surface[0].brdf.albedo", "1.5", "from 0 to 1"]),
+        ("a negative albedo", Material("0.5", "[0.5, -0.1, 0.5]"), 2, &["m.toml:11: surface[0].brdf.albedo", "-0.1", "from 0 to 1"]),
+        ("an albedo that is no number", Material("0.5", "nan"), 2, &["m.toml:11: surface[0].brdf.albedo", "nan", "from 0 to 1"]),
+        ("an infinite albedo", Material("0.5", "inf"), 2, &["m.toml:11: surface[0].brdf.albedo", "inf", "from 0 to 1"]),
+        ("an albedo in words", Material("0.5", "\"white\""), 2, &["m.toml:11: surface[0].brdf.albedo", "\"white\"", "numbers"]),
+        ("a key of another model", Material("0.5", "0.5, alpha = 0.1"), 2, &["m.toml:11: surface[0].brdf.alpha", "unknown key `alpha`"]),
+        (
+            "an alpha of 0",
+            Material(GOOD, "model = \"cook-torrance\", specular = 1, alpha = 0"),
+            2,
+            &["brdf.alpha", "0 is out of range", "from 0.001 to 1"],
+        ),
+        ("an alpha over 1", Material(GOOD, "model = \"ward\", specular = 1, alpha = 1.01"), 2, &["brdf.alpha", "1.01", "from 0.001 to 1"]),
+        ("no alpha", Material(GOOD, "model = \"ward\", specular = 1"), 2, &["brdf.alpha", "required"]),
+        (
+            "an exponent over a million",
+            Material(GOOD, "model = \"blinn-phong\", specular = 1, exponent = 2e6"),
+            2,
+            &["brdf.exponent", "2e6", "1000000"],
+        ),
+        (
+            "an unknown distribution",
+            Material(GOOD, "model = \"cook-torrance\", specular = 1, alpha = 0.1, distribution = \"gxx\""),
+            2,
+            &["brdf.distribution", "gxx", "ggx"],
+        ),
+        (
+            "an f0 over 1",
+            Material(GOOD, "model = \"cook-torrance\", specular = 1, alpha = 0.1, f0 = [1, 1, 1.2]"),
+            2,
+            &["brdf.f0", "1.2", "from 0 to 1"],
+        ),
+        ("a BRDF in words", Material("{ model = \"lambert\", albedo = 0.5 }", "\"lambert\""), 2, &["m.toml:11: surface[0].brdf", "table"]),
+    ]);
+}
+
+#[test]
+fn wrong_meshes_are_refused_by_line() {
+    try_all(&[
+        ("no file key", Material("file = \"plane.obj\"\n", ""), 2, &["m.toml:4: geometry.file", "required"]),
+        ("a mesh that is not there", Material("plane.obj", "plain.obj"), 2, &["plain.obj", "no such file"]),
+        ("a mesh that is a folder", Wrong::Folder("plane.obj"), 2, &["plane.obj", "folder"]),
+        ("no period", Material("period = [1.0, 1.0]\n", ""), 2, &["m.toml:4: geometry.period", "required"]),
+        ("a period of 0", Material("[1.0, 1.0]", "[1.0, 0.0]"), 2, &["m.toml:7: geometry.period", "0.0", "from 0.000001 to 1000000"]),
+        ("one period", Material("[1.0, 1.0]", "1.0"), 2, &["m.toml:7: geometry.period", "1.0 is a float", "2 numbers"]),
+        ("a negative scale", Material("period", "scale = -1.0\nperiod"), 2, &["m.toml:7: geometry.scale", "-1.0"]),
+        (
+            "an unknown kind",
+            Material("kind = \"mesh\"", "kind = \"mash\""),
+            2,
+            &["m.toml:5: geometry.kind", "mash", "did you mean `mesh`?"],
+        ),
+        ("no kind", Material("kind = \"mesh\"\n", ""), 2, &["m.toml:4: geometry.kind", "required"]),
+        ("a key of another kind", Material("period", "depth = 1\nperiod"), 2, &["m.toml:7: geometry.depth", "unknown key `depth`"]),
+        ("a vertex of two numbers", Mesh("v 1 0 0", "v 1 0"), 2, &["plane.obj:2", "1 0"]),
+        ("a vertex in words", Mesh("v 1 0 0", "v 1 zero 0"), 2, &["plane.obj:2", "zero"]),
+        ("a face of a vertex that is not there", Mesh("f 1 3 4", "f 1 3 9"), 2, &["plane.obj:8", "9"]),
+        ("a face of vertex 0", Mesh("f 1 3 4", "f 1 3 0"), 2, &["plane.obj:8", "0"]),
+        ("a face of two corners", Mesh("f 1 3 4", "f 1 3"), 2, &["plane.obj:8", "face"]),
+        ("not UTF-8", File("plane.obj", b"v 0 0 0\nv 1 0 0\xff\n"), 2, &["plane.obj:2"]),
+    ]);
+}
+
+#[test]
+fn wrong_pairs_are_refused_by_line_and_column() {
+    try_all(&[
+        ("not there", NoFile("p.csv"), 2, &["p.csv", "no such file"]),
+        ("a folder", Wrong::Folder("p.csv"), 2, &["p.csv", "folder", "name a file"]),
+        ("empty", File("p.csv", b""), 2, &["p.csv", "empty", "wi_x,wi_y,wi_z,wo_x,wo_y,wo_z"]),
+        ("binary", File("p.csv", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"), 2, &["p.csv:1", "lacks the columns wi_x"]),
+        (
+            "no header",
+            Pairs("wi_x,wi_y,wi_z,wo_x,wo_y,wo_z\n", ""),
+            2,
+            &["p.csv:1", "lacks the columns wi_x, wi_y, wi_z, wo_x, wo_y, wo_z"],
+        ),
+        ("a column missing", Pairs("wo_z", "wo"), 2, &["p.csv:1", "lacks the column wo_z"]),
+        ("a column twice", Pairs("wi_y", "wi_x"), 2, &["p.csv:1: wi_x", "twice"]),
+        ("semicolons", Pairs("wi_x,wi_y,wi_z,wo_x,wo_y,wo_z", "wi_x;wi_y;wi_z;wo_x;wo_y;wo_z"), 2, &["p.csv:1", "separated by commas"]),
+        ("too long a direction", Pairs("0.6,0,0.8", "0.6,0,0.9"), 2, &["p.csv:3: wi", "1.0816", "length 1"]),
+        ("too short a direction", Pairs("0,0.6,0.8", "0,0.5,0.8"), 2, &["p.csv:3: wo", "0.943", "length 1"]),
+        ("a direction of length 0", Pairs("0,0,1", "0,0,0"), 2, &["p.csv:2: wi", "length 0"]),
+        ("not a number", Pairs("0.6,0,0.8", "0.6,NaN,0.8"), 2, &["p.csv:3: wi_y", "NaN", "not finite"]),
+        ("infinite", Pairs("0.6,0,0.8", "-inf,0,0.8"), 2, &["p.csv:3: wi_x", "-inf", "not finite"]),
+        ("a word", Pairs("0.6,0,0.8", "0.6,0,up"), 2, &["p.csv:3: wi_z", "up", "not a number"]),
+        ("no value", Pairs("0.6,0,0.8", "0.6,,0.8"), 2, &["p.csv:3: wi_y", "no value"]),
+        ("a short row", Pairs("0,0.6,0.8", "0,0.6"), 2, &["p.csv:3", "5 values", "6 columns"]),
+        ("a long row", Pairs("0,0.6,0.8", "0,0.6,0.8,1"), 2, &["p.csv:3", "7 values", "6 columns"]),
+        ("a comma in a number", Pairs("0,0.6,0.8", "0,0,6,0,8"), 2, &["p.csv:3", "8 values", "point in decimal numbers"]),
+    ]);
+}
+
+#[test]
+fn wrong_outputs_are_refused_before_the_work() {
+    try_all(&[
+        ("it exists", File("out.csv", b"mine\n"), 2, &["out.csv", "exists", "--force"]),
+        ("it is a folder", Wrong::Folder("out.csv"), 2, &["out.csv", "folder"]),
+        (
+            "its folder is missing",
+            Arguments(&["eval", "m.toml", "--pairs", "p.csv", "-o", "no/out.csv"]),
+            2,
+            &["no/out.csv", "no folder no", "create it"],
+        ),
+        (
+            "its folder is a file",
+            Arguments(&["eval", "m.toml", "--pairs", "p.csv", "-o", "p.csv/out.csv"]),
+            2,
+            &["p.csv/out.csv", "not a folder"],
+        ),
+        ("its name is empty", Arguments(&["eval", "m.toml", "--pairs", "p.csv", "-o", ""]), 2, &["--output", "value is required"]),
+        ("it is an input", Arguments(&["eval", "m.toml", "--pairs", "p.csv", "-o", "p.csv"]), 2, &["p.csv", "read by the command"]),
+        ("it is the material", Arguments(&["eval", "m.toml", "--pairs", "p.csv", "-o", "./m.toml"]), 2, &["m.toml", "read by the command"]),
+        ("new over a file", Arguments(&["new", "mesh", "m.toml"]), 2, &["m.toml", "exists", "--force"]),
+        ("new in a folder that is missing", Arguments(&["new", "mesh", "no/m.toml"]), 2, &["no/m.toml", "no folder"]),
+    ]);
+}
+
+#[test]
+fn wrong_arguments_are_refused_with_what_would_be_right() {
+    try_all(&[
+        ("no tolerance", Also(&["--tolerance", "0"]), 2, &["--tolerance", "'0'", "0.005"]),
+        ("a negative tolerance", Also(&["--tolerance", "-0.1"]), 2, &["--tolerance", "-0.1", "0.005"]),
+        ("a tolerance that is no number", Also(&["--tolerance", "nan"]), 2, &["--tolerance", "nan", "0.005"]),
+        ("a tolerance in percent", Also(&["--tolerance", "1%"]), 2, &["--tolerance", "1%", "0.005"]),
+        ("a budget without unit", Also(&["--budget", "100"]), 2, &["--budget", "100", "unit", "100ms"]),
+        ("a negative budget", Also(&["--budget", "-1s"]), 2, &["--budget", "-1s", "100ms"]),
+        ("a budget of words", Also(&["--budget", "soon"]), 2, &["--budget", "soon", "100ms"]),
+        ("a negative seed", Also(&["--seed", "-1"]), 2, &["--seed", "-1"]),
+        ("a broken seed", Also(&["--seed", "1.5"]), 2, &["--seed", "1.5"]),
+        ("threads below 0", Also(&["--threads", "-2"]), 2, &["--threads", "-2"]),
+        ("too many threads", Also(&["--threads", "100000"]), 2, &["--threads", "100000"]),
+        ("broken bounces", Also(&["--bounces", "x"]), 2, &["--bounces", "x"]),
+        ("an unknown method", Also(&["--method", "fast"]), 2, &["--method", "fast", "direct"]),
+        ("an unknown device", Also(&["--device", "tpu"]), 2, &["--device", "tpu", "cpu"]),
+        ("an empty plan", Also(&["--plan", " "]), 2, &["--plan", "empty", "copy"]),
+        ("a plan and a budget", Also(&["--plan", "direct:2048", "--budget", "1s"]), 2, &["--plan", "--budget"]),
+        ("an unknown option", Also(&["--tolerence", "1"]), 2, &["--tolerence", "--tolerance"]),
+        ("a device not built yet", Also(&["--device", "gpu"]), 1, &["--device gpu", "not built yet"]),
+        ("no pairs", Arguments(&["eval", "m.toml"]), 2, &["--pairs"]),
+        ("no material", Arguments(&["eval", "--pairs", "p.csv"]), 2, &["MATERIAL"]),
+        ("nothing to check", Arguments(&["check"]), 2, &["FILE"]),
+        ("an unknown kind", Arguments(&["new", "groove", "x.toml"]), 2, &["groove", "grooves"]),
+        ("no file to write", Arguments(&["new", "mesh"]), 2, &["FILE"]),
+        ("two files to write", Arguments(&["new", "mesh", "a.toml", "b.toml"]), 2, &["two files"]),
+        ("an unknown command", Arguments(&["evla", "m.toml"]), 2, &["evla", "eval"]),
+    ]);
+}
+
+#[test]
+fn check_looks_at_every_file_and_fails_if_one_is_bad() {
+    let folder = Folder::new();
+    folder.write("bad.toml", MATERIAL.replace("0.5", "5"));
+    let said = folder.run(["check", "bad.toml", "m.toml", "none.toml"]);
+    assert_eq!(said.status, 2, "{}", said.stderr);
+    assert!(said.stdout.starts_with("m.toml: ok\n"), "{}", said.stdout);
+    assert_eq!(said.stderr.lines().count(), 2, "{}", said.stderr);
+    assert!(said.stderr.contains("bad.toml:11") && said.stderr.contains("none.toml"), "{}", said.stderr);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_folder_that_cannot_be_written_is_an_error_of_the_system() {
+    try_all(&[(
+        "no file can be created there",
+        Arguments(&["eval", "m.toml", "--pairs", "p.csv", "-o", "/proc/out.csv"]),
+        1,
+        &["/proc/out.csv"],
+    )]);
+}

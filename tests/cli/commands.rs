@@ -1,0 +1,153 @@
+//! The commands as a whole: help, what is not built yet, `new`, `check`, and the documentation that must agree with them.
+
+#[allow(dead_code, reason = "shared by several test programs; each uses its part")]
+mod support;
+
+use serde_json::Value;
+use support::{Folder, PLANE, project};
+
+/// All commands, in the order of the work.
+const COMMANDS: [&str; 11] = ["new", "check", "eval", "bake", "render", "study", "fold", "capture", "fit", "cache", "edit"];
+/// Those that say that they are not built yet.
+const LATER: [&str; 8] = ["bake", "render", "study", "fold", "capture", "fit", "cache", "edit"];
+/// Set to write `docs/commands.md` anew in place of comparing it.
+const UPDATE: &str = "BISCALE_UPDATE_DOCS";
+
+fn help(arguments: &[&str]) -> String {
+    let output = Folder::new().command(arguments).env("COLUMNS", "100").output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+#[test]
+fn help_lists_the_commands_in_the_order_of_the_work() {
+    let help = help(&["--help"]);
+    let listed = help.split("Commands:\n").nth(1).unwrap().split("\n\n").next().unwrap();
+    let names: Vec<&str> = listed.lines().filter_map(|l| l.split_whitespace().next()).filter(|n| *n != "help").collect();
+    assert_eq!(names, COMMANDS);
+}
+
+#[test]
+fn the_documentation_of_the_commands_is_their_help() {
+    let mut text = String::from(
+        "# Commands\n\nWhat `biscale --help` says, and each command's `--help`. A test compares this page with the program; after a\n\
+         change `BISCALE_UPDATE_DOCS=1 cargo test -p biscale-cli --test commands` writes it anew. Formats and the meaning of the\n\
+         options are in [formats.md](formats.md).\n",
+    );
+    let mut add = |title: &str, help: &str| {
+        let help: Vec<&str> = help.lines().map(str::trim_end).collect();
+        text += &format!("\n## {title}\n\n```text\n{}\n```\n", help.join("\n").trim_end());
+    };
+    add("biscale", &help(&["--help"]));
+    for command in COMMANDS {
+        add(&format!("biscale {command}"), &help(&[command, "--help"]));
+    }
+    let page = project("docs/commands.md");
+    if std::env::var_os(UPDATE).is_some() {
+        std::fs::write(&page, &text).unwrap();
+    }
+    assert!(
+        std::fs::read_to_string(&page).unwrap_or_default() == text,
+        "docs/commands.md is not what the program says; run with {UPDATE}=1"
+    );
+}
+
+#[test]
+fn every_command_takes_json_and_quiet() {
+    for command in COMMANDS {
+        let help = help(&[command, "--help"]);
+        assert!(help.contains("--json") && help.contains("--quiet"), "{command}:\n{help}");
+    }
+}
+
+#[test]
+fn commands_that_are_not_built_yet_say_so_whatever_they_are_given() {
+    let folder = Folder::new();
+    let before = folder.snapshot();
+    for command in LATER {
+        for arguments in [&[command][..], &[command, "m.toml", "-o", "out", "--some", "option"]] {
+            let said = folder.run(arguments);
+            assert_eq!((said.status, said.stdout.as_str()), (1, ""), "{arguments:?}: {}", said.stderr);
+            assert!(said.stderr.contains(command) && said.stderr.contains("not built yet"), "{arguments:?}: {}", said.stderr);
+        }
+    }
+    for kind in ["scene", "shoot"] {
+        assert_eq!(folder.run(["new", kind, "x.toml"]).status, 1, "new {kind}");
+    }
+    assert_eq!(folder.run(["new", "fit", "captured", "x.toml"]).status, 1, "new fit");
+    assert!(folder.snapshot() == before, "something was written");
+}
+
+#[test]
+fn the_version_is_printed() {
+    assert_eq!(help(&["--version"]).trim_end(), concat!("biscale ", env!("CARGO_PKG_VERSION")));
+}
+
+#[test]
+fn without_arguments_the_help_is_shown_as_an_error() {
+    let said = Folder::new().run(&[] as &[&str]);
+    assert_eq!((said.status, said.stdout.as_str()), (2, ""));
+    assert!(said.stderr.contains("Commands:"), "{}", said.stderr);
+}
+
+#[test]
+fn a_new_file_is_a_good_one() {
+    let folder = Folder::new();
+    folder.write("surface.obj", PLANE);
+    let said = folder.run(["new", "mesh", "new.toml"]);
+    assert_eq!(said.status, 0, "{}", said.stderr);
+    assert!(said.stderr.contains("new.toml") && said.stdout.is_empty(), "{}", said.stderr);
+    let said = folder.run(["check", "new.toml"]);
+    assert_eq!(said.status, 0, "{}", said.stderr);
+}
+
+#[test]
+fn new_replaces_a_file_only_by_force_even_its_own() {
+    let folder = Folder::new();
+    assert_eq!(folder.run(["new", "mesh", "new.toml"]).status, 0);
+    folder.write("new.toml", folder.read("new.toml").replace("0.5", "0.9"));
+    let edited = folder.read("new.toml");
+    assert_eq!(folder.run(["new", "mesh", "new.toml"]).status, 2);
+    assert_eq!(folder.read("new.toml"), edited);
+    assert_eq!(folder.run(["new", "mesh", "new.toml", "--force"]).status, 0);
+    assert_ne!(folder.read("new.toml"), edited);
+}
+
+#[test]
+fn new_writes_to_standard_output_and_as_json() {
+    let folder = Folder::new();
+    let text = folder.run(["new", "mesh", "-"]).stdout;
+    assert!(text.contains("[geometry]"), "{text}");
+    let object: Value = serde_json::from_str(&folder.run(["new", "mesh", "-", "--json"]).stdout).unwrap();
+    assert_eq!(object["text"], text);
+    let object: Value = serde_json::from_str(&folder.run(["new", "mesh", "new.toml", "--json"]).stdout).unwrap();
+    assert_eq!(object["file"], "new.toml");
+    assert_eq!(folder.read("new.toml"), text);
+}
+
+#[test]
+fn check_says_what_a_material_is_and_what_would_be_done() {
+    let folder = Folder::new();
+    let before = folder.snapshot();
+    let said = folder.run(["check", "m.toml", "--tolerance", "0.01"]);
+    assert_eq!((said.status, said.stderr.as_str()), (0, ""));
+    for word in
+        ["m.toml: ok", "plane", "1 x 1 mm", "2 triangles", "low", "high", "area 0.5 mm^2 (50.0 %)", "lambert, albedo 0.5", "1 %", "memory"]
+    {
+        assert!(said.stdout.contains(word), "no {word:?} in:\n{}", said.stdout);
+    }
+    assert!(folder.snapshot() == before, "check wrote something");
+}
+
+#[test]
+fn check_with_json_tells_good_files_from_bad_ones() {
+    let folder = Folder::new();
+    folder.write("bad.toml", "format = 3\n");
+    let said = folder.run(["check", "--json", "m.toml", "bad.toml"]);
+    assert_eq!(said.status, 2);
+    let object: Value = serde_json::from_str(&said.stdout).unwrap();
+    assert_eq!(object["ok"], false);
+    let [good, bad] = &object["files"].as_array().unwrap()[..] else { panic!("{object}") };
+    assert!(good["ok"] == true && good["report"]["triangles"] == 2 && good["report"]["period"][0] == 1.0, "{good}");
+    assert!(bad["ok"] == false && bad["error"]["field"] == "format" && bad["error"]["line"] == 1, "{bad}");
+}
