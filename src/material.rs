@@ -101,11 +101,11 @@ impl Material {
             Some(name) => name.to_owned(),
             None => source.path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         };
-        let unit = UNITS[top.choice("unit", &UNITS.map(|(unit, _)| unit))?.unwrap_or(2)].0;
+        let (unit, unit_mm) = UNITS[top.choice("unit", &UNITS.map(|(unit, _)| unit))?.unwrap_or(2)];
         let Some(table) = top.table("geometry")? else {
             return Err(top.error("there is no [geometry] table", "add one with `kind = ...`; `biscale new` writes an example"));
         };
-        let geometry = Geometry::read(table)?;
+        let geometry = Geometry::read(table, unit_mm)?;
         let tables = top.tables("surface")?;
         if tables.is_empty() {
             return Err(top.error("there is no [[surface]] table", "add one with `part = \"*\"` and a `brdf`"));
@@ -139,9 +139,14 @@ impl Material {
                 return Err(at(surface, bad).into());
             }
         }
-        for (slot, name) in surface_of_part.iter_mut().zip(&names) {
+        let mut has_triangles = vec![false; names.len()];
+        for &part in &tile.part_of_triangle {
+            has_triangles[usize::from(part)] = true;
+        }
+        for ((slot, name), used) in surface_of_part.iter_mut().zip(&names).zip(has_triangles) {
             *slot = slot.or(rest);
-            if slot.is_none() {
+            // A part without triangles (the tops of grooves whose ridges are sharp) may be covered, but need not be.
+            if slot.is_none() && used {
                 let bad = BadInput::new(
                     format!("no surface covers part \"{name}\""),
                     format!("add a [[surface]] with `part = \"{name}\"` or `part = \"*\"`"),
@@ -150,7 +155,7 @@ impl Material {
             }
         }
         let surface_of_triangle =
-            tile.part_of_triangle.iter().map(|&p| surface_of_part[usize::from(p)].expect("every part is covered")).collect();
+            tile.part_of_triangle.iter().map(|&p| surface_of_part[usize::from(p)].expect("every part with triangles is covered")).collect();
         let covered = SmallScale { tile, surfaces: self.surfaces.clone(), surface_of_triangle };
         for surface in &self.surfaces {
             if matches!(surface.tint, Tint::Image(_)) && covered.tile.uv.is_none() {
