@@ -5,6 +5,7 @@
 use crate::brdf::Brdf;
 use crate::error::{BadInput, Result};
 use crate::geometry::{Geometry, Tile};
+use crate::image_file;
 use crate::toml_reader::{Source, TableReader, range, suggest};
 use glam::DVec2;
 use std::path::{Path, PathBuf};
@@ -172,7 +173,10 @@ impl Surface {
         let part = table.str("part")?.ok_or_else(|| table.missing("part", "\"*\""))?.to_owned();
         let brdf = table.table("brdf")?.ok_or_else(|| table.missing("brdf", "{ model = \"lambert\", albedo = 0.5 }"))?;
         let brdf = Brdf::read(brdf)?;
-        let tint = Tint::Uniform(table.colour("tint", range(0.0, 1.0))?.unwrap_or([1.0; 3]));
+        let tint = match table.text("tint").and_then(|_| table.path("tint").transpose()) {
+            Some(path) => Tint::Image(Arc::new(image_file::read_tint(&path?)?)),
+            None => Tint::Uniform(table.colour("tint", range(0.0, 1.0))?.unwrap_or([1.0; 3])),
+        };
         let line = table.line();
         table.finish()?;
         Ok(Self { part, brdf, tint, line })

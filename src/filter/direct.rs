@@ -65,7 +65,8 @@ pub(super) fn direct(small: &SmallScale, pairs: &[Pair], quality: &Quality, cont
         for part in 0..batches {
             control.check()?;
             let t0 = (control.clock)();
-            let batch = facets::sample(small, &surface, &density, Runs::of_block(block.start, block.end - block.start, part, batches), seed);
+            let batch =
+                facets::sample(small, &surface, &density, Runs::of_block(block.start, block.end - block.start, part, batches), seed);
             let t1 = (control.clock)();
             let bits = see(&surface, &batch, &demand);
             let t2 = (control.clock)();

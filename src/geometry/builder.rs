@@ -52,7 +52,6 @@ impl TileBuilder {
         self.triangle(part, corners);
     }
 
-    #[expect(dead_code, reason = "the weave, which follows, has notes")]
     pub(super) fn note(&mut self, note: impl Into<String>) {
         self.tile.notes.push(note.into());
     }

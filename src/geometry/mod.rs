@@ -6,6 +6,7 @@
 mod builder;
 mod clean;
 pub mod grooves;
+pub mod height_field;
 pub mod mesh;
 pub mod params;
 pub mod pyramids;
@@ -14,6 +15,7 @@ pub mod rods;
 mod template;
 #[cfg(test)]
 mod tests;
+pub mod weave;
 
 pub use builder::MAX_TRIANGLES;
 pub use template::template;
@@ -77,12 +79,16 @@ pub enum Geometry {
     Pyramids(pyramids::Pyramids),
     /// Rods that stand or lean on flat ground.
     Rods(rods::Rods),
+    /// Cloth of warp and weft threads.
+    Weave(weave::Weave),
+    /// Heights from an image or a scan.
+    HeightField(height_field::HeightField),
     /// Triangles from a file.
     Mesh(mesh::Mesh),
 }
 
 /// The kinds, as material files name them.
-pub const KINDS: [&str; 4] = ["grooves", "pyramids", "rods", "mesh"];
+pub const KINDS: [&str; 6] = ["grooves", "pyramids", "rods", "weave", "height-field", "mesh"];
 
 /// What the user can say about one kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,6 +107,8 @@ pub fn describe(kind: &str) -> Option<Description> {
         "grooves" => ("Straight grooves along y", grooves::PARAMS, grooves::PARTS),
         "pyramids" => ("Pyramids or pits on a regular polygon", pyramids::PARAMS, pyramids::PARTS),
         "rods" => ("Rods that stand or lean on flat ground, like velvet", rods::PARAMS, rods::PARTS),
+        "weave" => ("Cloth of warp and weft threads", weave::PARAMS, weave::PARTS),
+        "height-field" => ("Heights from an image or a scan", height_field::PARAMS, height_field::PARTS),
         "mesh" => ("Triangles from an OBJ, PLY or STL file", mesh::PARAMS, mesh::PARTS),
         _ => return None,
     };
@@ -113,11 +121,12 @@ impl Geometry {
         let kind = table.choice("kind", &KINDS)?.ok_or_else(|| table.missing("kind", "\"grooves\""))?;
         let kind = KINDS[kind];
         let values = Values::new(&table, describe(kind).expect("every kind is described").params);
-        let _ = unit_mm;
         let geometry = match kind {
             "grooves" => Self::Grooves(grooves::Grooves::read(&values)?),
             "pyramids" => Self::Pyramids(pyramids::Pyramids::read(&values)?),
             "rods" => Self::Rods(rods::Rods::read(&values)?),
+            "weave" => Self::Weave(weave::Weave::read(&values, unit_mm)?),
+            "height-field" => Self::HeightField(height_field::HeightField::read(&values, unit_mm)?),
             "mesh" => Self::Mesh(mesh::Mesh::read(&values)?),
             _ => unreachable!("choice returns a place in KINDS"),
         };
@@ -131,6 +140,8 @@ impl Geometry {
             Self::Grooves(grooves) => grooves.build(),
             Self::Pyramids(pyramids) => pyramids.build(),
             Self::Rods(rods) => rods.build(),
+            Self::Weave(weave) => weave.build(),
+            Self::HeightField(field) => field.build(),
             Self::Mesh(mesh) => mesh.build(),
         }
     }

@@ -99,8 +99,10 @@ pub enum Fallback {
     Derived {
         /// In words.
         how: &'static str,
-        /// What a template writes, as a comment.
+        /// What a template writes.
         example: f64,
+        /// Whether it stands in a template as a key and not as a comment.
+        shown: bool,
     },
 }
 
@@ -211,6 +213,12 @@ impl Unit {
 }
 
 impl Param {
+    /// The same, with a derived default written as a key into templates.
+    pub(super) const fn shown(self) -> Self {
+        let Value::Number { unit, default: Fallback::Derived { how, example, .. }, range } = self.value else { return self };
+        Self { value: Value::Number { unit, default: Fallback::Derived { how, example, shown: true }, range }, ..self }
+    }
+
     /// Unit and range in words: `length, 1e-6 to 1e6`.
     pub fn domain(&self) -> String {
         let span = |unit: Unit, range: Range| format!("{}{} to {}", unit.name(), written(range.min), written(range.max));
@@ -246,7 +254,7 @@ impl Param {
         match self.value {
             Value::Number { default: Fallback::Fixed(value), .. } => (written(value), false),
             Value::Number { default: Fallback::Scaled(..), .. } => (written(default_number(self.key, all)), false),
-            Value::Number { default: Fallback::Derived { example, .. }, .. } => (written(example), true),
+            Value::Number { default: Fallback::Derived { example, shown, .. }, .. } => (written(example), !shown),
             Value::Pair { example: [x, y], default, .. } => {
                 let [x, y] = default.unwrap_or([x, y]);
                 (format!("[{}, {}]", written(x), written(y)), false)
@@ -303,7 +311,7 @@ pub(super) const fn scaled(key: &'static str, by: &'static str, factor: f64, ran
 
 /// A number whose default follows from other values, or that belongs to some choices only.
 pub(super) const fn derived(key: &'static str, unit: Unit, (how, example): (&'static str, f64), range: Range, help: &'static str) -> Param {
-    Param { key, value: Value::Number { unit, default: Fallback::Derived { how, example }, range }, help }
+    Param { key, value: Value::Number { unit, default: Fallback::Derived { how, example, shown: false }, range }, help }
 }
 
 /// A whole number with a default.

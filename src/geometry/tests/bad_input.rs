@@ -47,6 +47,25 @@ fn wrong_procedural_parameters_are_refused() {
         ("kind = \"rods\"\nlean_deg = 60.0\nspread_deg = 30.0", &["geometry.spread_deg", "90 degrees", "85"]),
         ("kind = \"rods\"\nseed = -1", &["geometry.seed", "-1"]),
         ("kind = \"rods\"\nsegments = 2", &["geometry.segments", "2"]),
+        ("kind = \"weave\"\nweave = \"jersey\"", &["geometry.weave", "jersey"]),
+        ("kind = \"weave\"\nweave = \"plain\"\ndraft = [\"10\", \"01\"]", &["geometry.draft", "weave and draft"]),
+        ("kind = \"weave\"\ndraft = []", &["geometry.draft", "0 and 1"]),
+        ("kind = \"weave\"\ndraft = [\"10\", \"1\"]", &["geometry.draft", "one length"]),
+        ("kind = \"weave\"\ndraft = [\"1x\"]", &["geometry.draft", "0 and 1"]),
+        ("kind = \"weave\"\nshift = 1", &["geometry.shift", "twill"]),
+        ("kind = \"weave\"\nweave = \"twill\"\nshift = 4", &["geometry.shift", "4", "1 to 3"]),
+        ("kind = \"weave\"\nweave = \"satin\"\nover = 5\nunder = 1\nshift = 2", &["geometry.weave", "no satin", "divisor"]),
+        ("kind = \"weave\"\nparts = \"by-colour\"", &["geometry.parts", "wif"]),
+        ("kind = \"weave\"\nwarp_width = 1e6", &["geometry.warp_width", "period", "1e-6 to 1e6"]),
+        ("kind = \"weave\"\nwif = \"missing.wif\"", &["missing.wif", "no such file"]),
+        ("kind = \"weave\"\nweave = \"twill\"\nover = 64\nunder = 63\nsteps = 256\nsegments = 256", &["geometry", "triangles"]),
+        ("kind = \"height-field\"", &["geometry.file", "required"]),
+        ("kind = \"height-field\"\nfile = \"missing.png\"", &["missing.png", "no such file"]),
+        ("kind = \"height-field\"\nfile = \"missing.tmd\"", &["missing.tmd", "no such file"]),
+        ("kind = \"height-field\"\nfile = \"a.png\"\npixel = 1.0\nwidth = 2.0", &["geometry.width", "pixel"]),
+        ("kind = \"height-field\"\nfile = \"a.png\"\nblend = 0.2", &["geometry.blend", "edge = \"blend\""]),
+        ("kind = \"height-field\"\nfile = \"a.png\"\nedge = \"fade\"", &["geometry.edge", "fade"]),
+        ("kind = \"height-field\"\nfile = \"a.png\"\nresolution = 0", &["geometry.resolution", "0"]),
         ("kind = \"mesh\"\nperiod = [1.0, 1.0]", &["geometry.file", "required"]),
         ("kind = \"mesh\"\nfile = \"a.obj\"", &["geometry.period", "required"]),
         ("kind = \"mesh\"\nfile = \"a.obj\"\nperiod = 1.0", &["geometry.period", "2 numbers"]),
@@ -72,5 +91,27 @@ fn wrong_meshes_are_refused_with_file_and_line() {
     ] {
         std::fs::write(folder.path().join(name), text).unwrap();
         refuse(folder.path(), &format!("kind = \"mesh\"\nfile = \"{name}\"\nperiod = [1.0, 1.0]"), parts);
+    }
+}
+
+#[test]
+fn wrong_height_files_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    image::RgbImage::from_fn(2, 2, |x, _| image::Rgb([100 * x as u8, 0, 0])).save(at("red.png")).unwrap();
+    image::GrayImage::new(4, 4).save(at("grey.png")).unwrap();
+    std::fs::write(at("text.png"), "hello").unwrap();
+    std::fs::write(at("text.tmd"), "hello").unwrap();
+    std::fs::write(at("heights.csv"), "1,2,3").unwrap();
+    for (file, extra, parts) in [
+        ("red.png", "pixel = 1.0\nheight = 1.0", &["red.png", "coloured", "grey"] as &[&str]),
+        ("grey.png", "pixel = 1.0", &["grey.png", "geometry.height", "white over black"]),
+        ("grey.png", "height = 1.0", &["grey.png", "geometry.pixel"]),
+        ("grey.png", "height = 1.0\npixel = 1e6", &["grey.png", "4000000 x 4000000", "1e6"]),
+        ("text.png", "height = 1.0\npixel = 1.0", &["text.png", "not a readable PNG"]),
+        ("text.tmd", "", &["text.tmd", "TrueMap"]),
+        ("heights.csv", "height = 1.0\npixel = 1.0", &["heights.csv", "\"csv\"", ".png"]),
+    ] {
+        refuse(folder.path(), &format!("kind = \"height-field\"\nfile = \"{file}\"\n{extra}"), parts);
     }
 }

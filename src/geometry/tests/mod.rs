@@ -1,7 +1,9 @@
 //! Tests of the kinds through material files: areas, closing, extremes, templates.
 
 mod bad_input;
+mod height_field;
 mod procedural;
+mod weave;
 
 use super::*;
 use crate::material::{Material, SmallScale};
@@ -87,6 +89,7 @@ fn every_kind_is_described_and_its_template_says_every_parameter() {
 fn every_template_loads_and_builds() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("surface.obj"), "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n").unwrap();
+    image::GrayImage::from_fn(6, 5, |x, y| image::Luma([(20 * x + 7 * y) as u8])).save(folder.path().join("heights.png")).unwrap();
     for kind in KINDS {
         let path = folder.path().join(format!("{kind}.toml"));
         std::fs::write(&path, template(kind).unwrap()).unwrap();
@@ -98,7 +101,7 @@ fn every_template_loads_and_builds() {
 #[test]
 fn a_template_writes_the_defaults() {
     let of = |text: &str| Material::parse(&Source { path: "t.toml".into(), text: text.into() }).unwrap().build().unwrap().tile;
-    for kind in ["grooves", "pyramids", "rods"] {
+    for kind in ["grooves", "pyramids", "rods", "weave"] {
         assert_eq!(of(&template(kind).unwrap()), build(&format!("kind = \"{kind}\"")), "{kind}");
     }
 }
