@@ -24,6 +24,7 @@ pub mod error;
 pub mod facets;
 pub mod filter;
 pub mod geometry;
+pub mod image_file;
 pub mod material;
 mod simd;
 pub mod toml_reader;

@@ -5,6 +5,7 @@
 use crate::brdf::Brdf;
 use crate::error::{BadInput, Result};
 use crate::geometry::{Geometry, Tile};
+use crate::image_file;
 use crate::toml_reader::{Source, TableReader, range, suggest};
 use glam::DVec2;
 use std::path::{Path, PathBuf};
@@ -101,11 +102,11 @@ impl Material {
             Some(name) => name.to_owned(),
             None => source.path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         };
-        let unit = UNITS[top.choice("unit", &UNITS.map(|(unit, _)| unit))?.unwrap_or(2)].0;
+        let (unit, unit_mm) = UNITS[top.choice("unit", &UNITS.map(|(unit, _)| unit))?.unwrap_or(2)];
         let Some(table) = top.table("geometry")? else {
             return Err(top.error("there is no [geometry] table", "add one with `kind = ...`; `biscale new` writes an example"));
         };
-        let geometry = Geometry::read(table)?;
+        let geometry = Geometry::read(table, unit_mm)?;
         let tables = top.tables("surface")?;
         if tables.is_empty() {
             return Err(top.error("there is no [[surface]] table", "add one with `part = \"*\"` and a `brdf`"));
@@ -139,9 +140,14 @@ impl Material {
                 return Err(at(surface, bad).into());
             }
         }
-        for (slot, name) in surface_of_part.iter_mut().zip(&names) {
+        let mut has_triangles = vec![false; names.len()];
+        for &part in &tile.part_of_triangle {
+            has_triangles[usize::from(part)] = true;
+        }
+        for ((slot, name), used) in surface_of_part.iter_mut().zip(&names).zip(has_triangles) {
             *slot = slot.or(rest);
-            if slot.is_none() {
+            // A part without triangles (the tops of grooves whose ridges are sharp) may be covered, but need not be.
+            if slot.is_none() && used {
                 let bad = BadInput::new(
                     format!("no surface covers part \"{name}\""),
                     format!("add a [[surface]] with `part = \"{name}\"` or `part = \"*\"`"),
@@ -150,7 +156,7 @@ impl Material {
             }
         }
         let surface_of_triangle =
-            tile.part_of_triangle.iter().map(|&p| surface_of_part[usize::from(p)].expect("every part is covered")).collect();
+            tile.part_of_triangle.iter().map(|&p| surface_of_part[usize::from(p)].expect("every part with triangles is covered")).collect();
         let covered = SmallScale { tile, surfaces: self.surfaces.clone(), surface_of_triangle };
         for surface in &self.surfaces {
             if matches!(surface.tint, Tint::Image(_)) && covered.tile.uv.is_none() {
@@ -167,7 +173,10 @@ impl Surface {
         let part = table.str("part")?.ok_or_else(|| table.missing("part", "\"*\""))?.to_owned();
         let brdf = table.table("brdf")?.ok_or_else(|| table.missing("brdf", "{ model = \"lambert\", albedo = 0.5 }"))?;
         let brdf = Brdf::read(brdf)?;
-        let tint = Tint::Uniform(table.colour("tint", range(0.0, 1.0))?.unwrap_or([1.0; 3]));
+        let tint = match table.text("tint").and_then(|_| table.path("tint").transpose()) {
+            Some(path) => Tint::Image(Arc::new(image_file::read_tint(&path?)?)),
+            None => Tint::Uniform(table.colour("tint", range(0.0, 1.0))?.unwrap_or([1.0; 3])),
+        };
         let line = table.line();
         table.finish()?;
         Ok(Self { part, brdf, tint, line })

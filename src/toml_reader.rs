@@ -180,6 +180,11 @@ impl<'a> TableReader<'a> {
         self.get(key).map(|v| v.get_ref().as_str().ok_or_else(|| self.wrong_type(key, v, "a text in quotes"))).transpose()
     }
 
+    /// A text, if the key is there and is one: for keys that may also be something else.
+    pub fn text(&self, key: &'static str) -> Option<&'a str> {
+        self.get(key)?.get_ref().as_str()
+    }
+
     /// One of a few words, by its place in `words`, if the key is there. A wrong word is answered with the nearest right one.
     pub fn choice(&self, key: &'static str, words: &[&str]) -> Result<Option<usize>> {
         let Some(word) = self.str(key)? else { return Ok(None) };

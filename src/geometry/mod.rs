@@ -3,11 +3,27 @@
 //! A tile is one period of the surface as a triangle mesh, z up, repeated on the lattice `(period.x, 0)`, `(0, period.y)`.
 //! It may overhang its cell: the surface is the union of all its translates.
 
+mod builder;
+mod clean;
+pub mod grooves;
+pub mod height_field;
 pub mod mesh;
+pub mod params;
+pub mod pyramids;
+mod random;
+pub mod rods;
+mod template;
+#[cfg(test)]
+mod tests;
+pub mod weave;
+
+pub use builder::MAX_TRIANGLES;
+pub use template::template;
 
 use crate::error::Result;
 use crate::toml_reader::TableReader;
 use glam::{DVec2, DVec3};
+use params::{Param, Values};
 
 /// One period of a small-scale surface.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,7 +34,7 @@ pub struct Tile {
     pub triangles: Vec<[u32; 3]>,
     /// For each triangle its place in `parts`.
     pub part_of_triangle: Vec<u16>,
-    /// Names of the parts.
+    /// Names of the parts, each once; a part that the kind knows may have no triangle here.
     pub parts: Vec<String>,
     /// Texture coordinates of the corners of each triangle, if the geometry has them.
     pub uv: Option<Vec<[DVec2; 3]>>,
@@ -57,19 +73,61 @@ impl Tile {
 /// The recipe of a small-scale geometry, one variant a kind.
 #[derive(Clone, Debug)]
 pub enum Geometry {
+    /// Straight grooves.
+    Grooves(grooves::Grooves),
+    /// Pyramids on a regular polygon.
+    Pyramids(pyramids::Pyramids),
+    /// Rods that stand or lean on flat ground.
+    Rods(rods::Rods),
+    /// Cloth of warp and weft threads.
+    Weave(weave::Weave),
+    /// Heights from an image or a scan.
+    HeightField(height_field::HeightField),
     /// Triangles from a file.
     Mesh(mesh::Mesh),
 }
 
 /// The kinds, as material files name them.
-pub const KINDS: [&str; 1] = ["mesh"];
+pub const KINDS: [&str; 6] = ["grooves", "pyramids", "rods", "weave", "height-field", "mesh"];
+
+/// What the user can say about one kind.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Description {
+    /// One line: what it is.
+    pub help: &'static str,
+    /// The keys of its `[geometry]` table beside `kind`.
+    pub params: &'static [Param],
+    /// Names of its parts at default values, with what they are.
+    pub parts: &'static [(&'static str, &'static str)],
+}
+
+/// What the user can say about `kind`, one of [`KINDS`].
+pub fn describe(kind: &str) -> Option<Description> {
+    let (help, params, parts) = match kind {
+        "grooves" => ("Straight grooves along y", grooves::PARAMS, grooves::PARTS),
+        "pyramids" => ("Pyramids or pits on a regular polygon", pyramids::PARAMS, pyramids::PARTS),
+        "rods" => ("Rods that stand or lean on flat ground, like velvet", rods::PARAMS, rods::PARTS),
+        "weave" => ("Cloth of warp and weft threads", weave::PARAMS, weave::PARTS),
+        "height-field" => ("Heights from an image or a scan", height_field::PARAMS, height_field::PARTS),
+        "mesh" => ("Triangles from an OBJ, PLY or STL file", mesh::PARAMS, mesh::PARTS),
+        _ => return None,
+    };
+    Some(Description { help, params, parts })
+}
 
 impl Geometry {
-    /// Reads the `[geometry]` table.
-    pub fn read(table: TableReader<'_>) -> Result<Self> {
+    /// Reads the `[geometry]` table of a file whose lengths are `unit_mm` millimetres long.
+    pub fn read(table: TableReader<'_>, unit_mm: f64) -> Result<Self> {
         let kind = table.choice("kind", &KINDS)?.ok_or_else(|| table.missing("kind", "\"grooves\""))?;
-        let geometry = match KINDS[kind] {
-            "mesh" => Self::Mesh(mesh::Mesh::read(&table)?),
+        let kind = KINDS[kind];
+        let values = Values::new(&table, describe(kind).expect("every kind is described").params);
+        let geometry = match kind {
+            "grooves" => Self::Grooves(grooves::Grooves::read(&values)?),
+            "pyramids" => Self::Pyramids(pyramids::Pyramids::read(&values)?),
+            "rods" => Self::Rods(rods::Rods::read(&values)?),
+            "weave" => Self::Weave(weave::Weave::read(&values, unit_mm)?),
+            "height-field" => Self::HeightField(height_field::HeightField::read(&values, unit_mm)?),
+            "mesh" => Self::Mesh(mesh::Mesh::read(&values)?),
             _ => unreachable!("choice returns a place in KINDS"),
         };
         table.finish()?;
@@ -79,6 +137,11 @@ impl Geometry {
     /// Builds one period.
     pub fn build(&self) -> Result<Tile> {
         match self {
+            Self::Grooves(grooves) => grooves.build(),
+            Self::Pyramids(pyramids) => pyramids.build(),
+            Self::Rods(rods) => rods.build(),
+            Self::Weave(weave) => weave.build(),
+            Self::HeightField(field) => field.build(),
             Self::Mesh(mesh) => mesh.build(),
         }
     }

@@ -1,0 +1,183 @@
+//! What every tile must be before anything is computed with it.
+
+use super::Tile;
+use crate::error::BadInput;
+use glam::DVec3;
+use std::collections::{HashMap, HashSet};
+
+/// A triangle whose height over its longest edge is below this many units in the last place of its coordinates has no area:
+/// what is left is rounding. Three coordinates enter each difference, each rounded once, and a product doubles it; 8 leaves room.
+/// A needle of 1e6:1 is far above it.
+const DEGENERATE_ULPS: f64 = 8.0;
+
+impl Tile {
+    /// Merges vertices at the same place, drops triangles without area and exact duplicates (same corners, same side) with a
+    /// note that counts them, and drops unused vertices. Every builder ends with it. Needles are kept; so is a sheet with two
+    /// sides.
+    ///
+    /// # Errors
+    /// A vertex that is not finite, a corner that does not exist, a period that is not positive, and a tile without triangles.
+    /// The caller adds the file.
+    pub fn clean(mut self) -> Result<Self, BadInput> {
+        if !(self.period.is_finite() && self.period.x > 0.0 && self.period.y > 0.0) {
+            return Err(BadInput::new(format!("the period is {} x {}", self.period.x, self.period.y), "both must be positive"));
+        }
+        if let Some(place) = self.vertices.iter().position(|v| !v.is_finite()) {
+            let v = self.vertices[place];
+            let problem = format!("vertex {} is ({}, {}, {})", place + 1, v.x, v.y, v.z);
+            return Err(BadInput::new(problem, "coordinates must be finite numbers"));
+        }
+        if self.triangles.iter().flatten().any(|&v| v as usize >= self.vertices.len()) {
+            return Err(BadInput::new("a triangle has a corner that does not exist", "write the mesh again"));
+        }
+        self.merge_vertices();
+        self.drop_bad_triangles();
+        if self.triangles.is_empty() {
+            return Err(BadInput::new("no triangle with an area is left", "give a surface with at least one"));
+        }
+        self.drop_unused_vertices();
+        Ok(self)
+    }
+
+    /// Lets every triangle use the first of the vertices at one place.
+    fn merge_vertices(&mut self) {
+        let mut first: HashMap<[u64; 3], u32> = HashMap::with_capacity(self.vertices.len());
+        // -0.0 + 0.0 is 0.0: the two zeros are one place.
+        let place = |v: &DVec3| (*v + DVec3::ZERO).to_array().map(f64::to_bits);
+        let representative: Vec<u32> = (0_u32..).zip(&self.vertices).map(|(i, v)| *first.entry(place(v)).or_insert(i)).collect();
+        for corner in self.triangles.iter_mut().flatten() {
+            *corner = representative[*corner as usize];
+        }
+    }
+
+    fn drop_bad_triangles(&mut self) {
+        let mut seen = HashSet::with_capacity(self.triangles.len());
+        let (mut flat, mut double) = (0_usize, 0_usize);
+        let keep: Vec<bool> = (0..self.triangles.len())
+            .map(|t| {
+                let [a, b, c] = self.triangles[t];
+                let smallest_first = if a < b && a < c {
+                    [a, b, c]
+                } else if b < c {
+                    [b, c, a]
+                } else {
+                    [c, a, b]
+                };
+                if has_no_area(self.corners(t)) {
+                    flat += 1;
+                    false
+                } else if !seen.insert(smallest_first) {
+                    double += 1;
+                    false
+                } else {
+                    true
+                }
+            })
+            .collect();
+        if flat == 0 && double == 0 {
+            return;
+        }
+        retain(&mut self.triangles, &keep);
+        retain(&mut self.part_of_triangle, &keep);
+        if let Some(uv) = &mut self.uv {
+            retain(uv, &keep);
+        }
+        let counts = [(flat, "without area"), (double, "that repeat another one")];
+        let said: Vec<String> = counts.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")).collect();
+        self.notes.push(format!("dropped triangles: {}", said.join(", ")));
+    }
+
+    fn drop_unused_vertices(&mut self) {
+        let mut used = vec![false; self.vertices.len()];
+        for &corner in self.triangles.iter().flatten() {
+            used[corner as usize] = true;
+        }
+        if used.iter().all(|&u| u) {
+            return;
+        }
+        let mut next = 0;
+        let renumbered: Vec<u32> = used
+            .iter()
+            .map(|&u| {
+                next += u32::from(u);
+                next.wrapping_sub(1)
+            })
+            .collect();
+        retain(&mut self.vertices, &used);
+        for corner in self.triangles.iter_mut().flatten() {
+            *corner = renumbered[*corner as usize];
+        }
+    }
+}
+
+/// Whether what looks like an area is rounding; see [`DEGENERATE_ULPS`].
+fn has_no_area([a, b, c]: [DVec3; 3]) -> bool {
+    let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+    let magnitude = [a, b, c].iter().map(|v| v.abs().max_element()).fold(0.0, f64::max);
+    let doubled_area = (b - a).cross(c - a).length();
+    doubled_area <= longest * (DEGENERATE_ULPS * f64::EPSILON * magnitude)
+}
+
+fn retain<T>(items: &mut Vec<T>, keep: &[bool]) {
+    let mut place = 0;
+    items.retain(|_| {
+        place += 1;
+        keep[place - 1]
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec2;
+
+    fn tile(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Tile {
+        Tile {
+            vertices: vertices.iter().map(|&v| v.into()).collect(),
+            triangles: triangles.to_vec(),
+            part_of_triangle: vec![0; triangles.len()],
+            parts: vec!["default".into()],
+            uv: None,
+            period: DVec2::ONE,
+            grid: None,
+            notes: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn drops_flat_and_double_triangles_and_counts_them_in_a_note() {
+        let third = 1.0 / 3.0;
+        let vertices =
+            [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [third, third, third], [2. * third, 2. * third, 2. * third], [1., 1., 1.]];
+        // Collinear along the diagonal (not exactly, in binary), a repeated corner, and the first triangle again from another corner.
+        let cleaned = tile(&vertices, &[[0, 1, 2], [3, 4, 5], [0, 1, 1], [1, 2, 0], [0, 2, 1]]).clean().unwrap();
+        assert_eq!(cleaned.triangles, [[0, 1, 2], [0, 2, 1]]);
+        assert_eq!(cleaned.vertices.len(), 3);
+        assert_eq!(cleaned.notes, ["dropped triangles: 2 without area, 1 that repeat another one"]);
+    }
+
+    #[test]
+    fn keeps_needles_of_a_million_to_one_at_every_scale() {
+        for scale in [1e-6, 1.0, 1e6] {
+            let needle = [[0., 0., 0.], [scale, 0., 0.], [scale, 1e-6 * scale, 0.]];
+            assert!(tile(&needle, &[[0, 1, 2]]).clean().is_ok(), "needle of length {scale}");
+        }
+    }
+
+    #[test]
+    fn merges_vertices_at_one_place_and_knows_one_zero() {
+        let vertices = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [-0., 0., -0.], [1., 0., 0.], [1., -1., 0.]];
+        let cleaned = tile(&vertices, &[[0, 1, 2], [3, 5, 4]]).clean().unwrap();
+        assert_eq!((cleaned.vertices.len(), cleaned.triangles), (4, vec![[0, 1, 2], [0, 3, 1]]));
+    }
+
+    #[test]
+    fn refuses_vertices_that_are_not_finite_and_tiles_without_triangles() {
+        for bad in [f64::NAN, f64::INFINITY] {
+            let error = tile(&[[0., 0., 0.], [1., bad, 0.], [0., 1., 0.]], &[[0, 1, 2]]).clean().unwrap_err();
+            assert!(error.problem.contains("vertex 2"), "{error}");
+        }
+        assert!(tile(&[[0., 0., 0.]], &[]).clean().is_err());
+        assert!(tile(&[[0., 0., 0.], [1., 0., 0.]], &[[0, 1, 7]]).clean().is_err());
+    }
+}

@@ -1,0 +1,325 @@
+//! The parameters of the kinds, declared once.
+//!
+//! A kind's table of [`Param`]s is at once how its `[geometry]` table is read ([`Values`]), what `biscale new` writes
+//! ([`super::template`]), and what `docs/geometry.md` says ([`markdown`]; a test compares). It does not describe BRDFs.
+
+use crate::error::{Error, Result};
+use crate::toml_reader::{Range, TableReader};
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+/// One key of a `[geometry]` table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Param {
+    /// The key.
+    pub key: &'static str,
+    /// Type, unit, range and default.
+    pub value: Value,
+    /// One line for the user.
+    pub help: &'static str,
+}
+
+/// Type, unit, range and default of a parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value {
+    /// A number.
+    Number {
+        /// What it measures.
+        unit: Unit,
+        /// Value when the key is not there.
+        default: Fallback,
+        /// Bounds, both included.
+        range: Range,
+    },
+    /// Two numbers, for x and y.
+    Pair {
+        /// What they measure.
+        unit: Unit,
+        /// Value when the key is not there; `None` if there is none.
+        default: Option<[f64; 2]>,
+        /// What a template writes.
+        example: [f64; 2],
+        /// Bounds of both, included.
+        range: Range,
+    },
+    /// A whole number.
+    Whole {
+        /// Value when the key is not there; `None` if it follows from others.
+        default: Option<u32>,
+        /// Smallest.
+        min: u32,
+        /// Largest.
+        max: u32,
+    },
+    /// One of a few words.
+    Choice {
+        /// Value when the key is not there; `None` if it follows from others.
+        default: Option<&'static str>,
+        /// What is allowed.
+        words: &'static [&'static str],
+    },
+    /// True or false.
+    Flag {
+        /// Value when the key is not there.
+        default: bool,
+    },
+    /// A file, relative to the material file.
+    File {
+        /// What a template writes.
+        example: &'static str,
+        /// Whether the key must be there.
+        required: bool,
+    },
+    /// Texts in brackets, optional.
+    Texts {
+        /// What a template writes, as TOML.
+        example: &'static str,
+    },
+}
+
+/// What a number measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// A length in the file's `unit`.
+    Length,
+    /// An angle in degrees; the key ends in `_deg`.
+    Degrees,
+    /// A share or a factor, without a unit.
+    One,
+}
+
+/// Value of a number when the key is not there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fallback {
+    /// This number.
+    Fixed(f64),
+    /// Another number of the same table times a factor.
+    Scaled(&'static str, f64),
+    /// Follows from other values, or belongs to some choices only; [`Values::optional`] reads it.
+    Derived {
+        /// In words.
+        how: &'static str,
+        /// What a template writes.
+        example: f64,
+        /// Whether it stands in a template as a key and not as a comment.
+        shown: bool,
+    },
+}
+
+/// The values of one `[geometry]` table, read by its kind's parameters.
+///
+/// Asking for a key that the parameters do not declare, or by the wrong type, is a mistake in this crate and panics; the tests
+/// that build every template run through all of them.
+#[derive(Clone, Copy, Debug)]
+pub struct Values<'t, 'a> {
+    table: &'t TableReader<'a>,
+    params: &'static [Param],
+}
+
+impl<'t, 'a> Values<'t, 'a> {
+    /// Reads `table` by `params`.
+    pub fn new(table: &'t TableReader<'a>, params: &'static [Param]) -> Self {
+        Self { table, params }
+    }
+
+    fn param(&self, key: &str) -> &'static Param {
+        self.params.iter().find(|p| p.key == key).unwrap_or_else(|| unreachable!("`{key}` is not declared"))
+    }
+
+    /// A number, or its default.
+    pub fn number(&self, key: &'static str) -> Result<f64> {
+        let Value::Number { default, range, .. } = self.param(key).value else { unreachable!("`{key}` is not a number") };
+        match (self.table.f64(key, range)?, default) {
+            (Some(value), _) | (None, Fallback::Fixed(value)) => Ok(value),
+            (None, Fallback::Scaled(by, factor)) => Ok(self.number(by)? * factor),
+            (None, Fallback::Derived { .. }) => unreachable!("`{key}` has no default of its own"),
+        }
+    }
+
+    /// A number whose default follows from other values: `None` if the key is not there.
+    pub fn optional(&self, key: &'static str) -> Result<Option<f64>> {
+        let Value::Number { range, .. } = self.param(key).value else { unreachable!("`{key}` is not a number") };
+        self.table.f64(key, range)
+    }
+
+    /// Two numbers, or their default.
+    pub fn pair(&self, key: &'static str) -> Result<Option<[f64; 2]>> {
+        let Value::Pair { default, range, .. } = self.param(key).value else { unreachable!("`{key}` is not a pair") };
+        Ok(self.table.array::<2>(key, range)?.or(default))
+    }
+
+    /// A whole number, or its default, if it has one.
+    pub fn whole(&self, key: &'static str) -> Result<Option<u32>> {
+        let Value::Whole { default, min, max } = self.param(key).value else { unreachable!("`{key}` is not whole") };
+        Ok(self.table.integer(key, min, max)?.or(default))
+    }
+
+    /// One of the words, or the default, if there is one.
+    pub fn choice(&self, key: &'static str) -> Result<Option<&'static str>> {
+        let Value::Choice { default, words } = self.param(key).value else { unreachable!("`{key}` is not a choice") };
+        Ok(self.table.choice(key, words)?.map(|place| words[place]).or(default))
+    }
+
+    /// True or false, or the default.
+    pub fn flag(&self, key: &'static str) -> Result<bool> {
+        let Value::Flag { default } = self.param(key).value else { unreachable!("`{key}` is not a flag") };
+        Ok(self.table.bool(key)?.unwrap_or(default))
+    }
+
+    /// A path, if it is there; an error if it must be.
+    pub fn path(&self, key: &'static str) -> Result<Option<PathBuf>> {
+        let Value::File { example, required } = self.param(key).value else { unreachable!("`{key}` is not a file") };
+        match self.table.path(key)? {
+            None if required => Err(self.table.missing(key, &format!("\"{example}\""))),
+            path => Ok(path),
+        }
+    }
+
+    /// Texts, if they are there.
+    pub fn texts(&self, key: &'static str) -> Result<Option<Vec<&'a str>>> {
+        let Value::Texts { .. } = self.param(key).value else { unreachable!("`{key}` is not a list of texts") };
+        self.table.strings(key)
+    }
+
+    /// Whether the file has this key.
+    pub fn has(&self, key: &'static str) -> bool {
+        self.table.has(self.param(key).key)
+    }
+
+    /// A mistake at `key`.
+    pub fn error_at(&self, key: &str, problem: impl Into<String>, remedy: impl Into<String>) -> Error {
+        self.table.error_at(key, problem, remedy)
+    }
+
+    /// A key that is required here is missing.
+    pub fn missing(&self, key: &str, wanted: &str) -> Error {
+        self.table.missing(key, wanted)
+    }
+}
+
+/// A number as TOML and people write it: `1.0`, `0.25`, `1e-6`, `1e9`.
+pub(super) fn written(value: f64) -> String {
+    if value != 0.0 && (value.abs() < 1e-3 || value.abs() >= 1e5) { format!("{value:e}") } else { format!("{value:?}") }
+}
+
+impl Unit {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Length => "length, ",
+            Self::Degrees => "degrees, ",
+            Self::One => "",
+        }
+    }
+}
+
+impl Param {
+    /// The same, with a derived default written as a key into templates.
+    pub(super) const fn shown(self) -> Self {
+        let Value::Number { unit, default: Fallback::Derived { how, example, .. }, range } = self.value else { return self };
+        Self { value: Value::Number { unit, default: Fallback::Derived { how, example, shown: true }, range }, ..self }
+    }
+
+    /// Unit and range in words: `length, 1e-6 to 1e6`.
+    pub fn domain(&self) -> String {
+        let span = |unit: Unit, range: Range| format!("{}{} to {}", unit.name(), written(range.min), written(range.max));
+        let quoted = |words: &[&str]| words.iter().map(|w| format!("\"{w}\"")).collect::<Vec<_>>().join(" or ");
+        match self.value {
+            Value::Number { unit, range, .. } => span(unit, range),
+            Value::Pair { unit, range, .. } => format!("[x, y], {}", span(unit, range)),
+            Value::Whole { min, max, .. } => format!("whole, {min} to {max}"),
+            Value::Choice { words, .. } => quoted(words),
+            Value::Flag { .. } => "true or false".into(),
+            Value::File { .. } => "file, relative to the material file".into(),
+            Value::Texts { .. } => "texts".into(),
+        }
+    }
+
+    /// The default in words: `0.5`, `0.3 period`, `required`.
+    pub fn default_text(&self) -> String {
+        match self.value {
+            Value::Number { default: Fallback::Fixed(value), .. } => written(value),
+            Value::Number { default: Fallback::Scaled(by, factor), .. } => format!("{} {by}", written(factor)),
+            Value::Number { default: Fallback::Derived { how, .. }, .. } => how.into(),
+            Value::Pair { default: Some([x, y]), .. } => format!("[{}, {}]", written(x), written(y)),
+            Value::Whole { default: Some(value), .. } => value.to_string(),
+            Value::Choice { default: Some(word), .. } => format!("\"{word}\""),
+            Value::Flag { default } => default.to_string(),
+            Value::File { required: true, .. } => "required".into(),
+            _ => "none".into(),
+        }
+    }
+
+    /// What a template writes for this key, and whether it stands there as a comment.
+    fn example(&self, all: &[Self]) -> (String, bool) {
+        match self.value {
+            Value::Number { default: Fallback::Fixed(value), .. } => (written(value), false),
+            Value::Number { default: Fallback::Scaled(..), .. } => (written(default_number(self.key, all)), false),
+            Value::Number { default: Fallback::Derived { example, shown, .. }, .. } => (written(example), !shown),
+            Value::Pair { example: [x, y], default, .. } => {
+                let [x, y] = default.unwrap_or([x, y]);
+                (format!("[{}, {}]", written(x), written(y)), false)
+            }
+            Value::Whole { default, min, .. } => (default.unwrap_or(min).to_string(), default.is_none()),
+            Value::Choice { default, words } => (format!("\"{}\"", default.unwrap_or(words[0])), default.is_none()),
+            Value::Flag { default } => (default.to_string(), false),
+            Value::File { example, required } => (format!("\"{example}\""), !required),
+            Value::Texts { example } => (example.into(), true),
+        }
+    }
+
+    /// The lines of a template: help, unit and range as a comment, then the key with its default.
+    pub(super) fn template_lines(&self, all: &[Self]) -> String {
+        let (example, commented) = self.example(all);
+        let default = match self.value {
+            Value::File { required: true, .. } => "; required".into(),
+            Value::Number { default: Fallback::Fixed(_), .. } | Value::Choice { default: Some(_), .. } | Value::Flag { .. } => {
+                String::new()
+            }
+            _ => format!("; default: {}", self.default_text()),
+        };
+        format!("# {} ({}{default})\n{}{} = {example}\n", self.help, self.domain(), if commented { "# " } else { "" }, self.key)
+    }
+}
+
+/// Default of a number that has one, following the numbers it is scaled by.
+fn default_number(key: &str, all: &[Param]) -> f64 {
+    match all.iter().find(|p| p.key == key).map(|p| p.value) {
+        Some(Value::Number { default: Fallback::Fixed(value), .. }) => value,
+        Some(Value::Number { default: Fallback::Scaled(by, factor), .. }) => default_number(by, all) * factor,
+        _ => unreachable!("`{key}` is scaled by a number with a default"),
+    }
+}
+
+/// The parameters as a Markdown table, for the documentation.
+pub fn markdown(params: &[Param]) -> String {
+    let mut text = String::from("| key | unit and range | default | meaning |\n|---|---|---|---|\n");
+    for p in params {
+        writeln!(text, "| `{}` | {} | {} | {} |", p.key, p.domain(), p.default_text(), p.help).expect("a String can be written to");
+    }
+    text
+}
+
+/// A number with a fixed default.
+pub(super) const fn number(key: &'static str, unit: Unit, default: f64, range: Range, help: &'static str) -> Param {
+    Param { key, value: Value::Number { unit, default: Fallback::Fixed(default), range }, help }
+}
+
+/// A length that is a factor of another one by default.
+pub(super) const fn scaled(key: &'static str, by: &'static str, factor: f64, range: Range, help: &'static str) -> Param {
+    Param { key, value: Value::Number { unit: Unit::Length, default: Fallback::Scaled(by, factor), range }, help }
+}
+
+/// A number whose default follows from other values, or that belongs to some choices only.
+pub(super) const fn derived(key: &'static str, unit: Unit, (how, example): (&'static str, f64), range: Range, help: &'static str) -> Param {
+    Param { key, value: Value::Number { unit, default: Fallback::Derived { how, example, shown: false }, range }, help }
+}
+
+/// A whole number with a default.
+pub(super) const fn whole(key: &'static str, default: u32, min: u32, max: u32, help: &'static str) -> Param {
+    Param { key, value: Value::Whole { default: Some(default), min, max }, help }
+}
+
+/// One of a few words.
+pub(super) const fn choice(key: &'static str, default: &'static str, words: &'static [&'static str], help: &'static str) -> Param {
+    Param { key, value: Value::Choice { default: Some(default), words }, help }
+}
