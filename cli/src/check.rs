@@ -125,8 +125,8 @@ struct Part {
     area: f64,
     /// Share of the area of all parts.
     share: f64,
-    /// Place in `surfaces`.
-    surface: usize,
+    /// Place in `surfaces`; `null` if the part has no triangles here.
+    surface: Option<usize>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -150,19 +150,23 @@ impl Report {
         let surface = material.build()?;
         let tile = &surface.tile;
         let mut parts: Vec<Part> =
-            tile.parts.iter().map(|part| Part { part: part.clone(), triangles: 0, area: 0.0, share: 0.0, surface: 0 }).collect();
+            tile.parts.iter().map(|part| Part { part: part.clone(), triangles: 0, area: 0.0, share: 0.0, surface: None }).collect();
         let places = tile.part_of_triangle.iter().zip(&surface.surface_of_triangle);
         for (triangle, (&part, &covering)) in places.enumerate() {
             let part = &mut parts[usize::from(part)];
             part.triangles += 1;
             part.area += area(tile.corners(triangle));
-            part.surface = usize::from(covering);
+            part.surface = Some(usize::from(covering));
         }
         let whole: f64 = parts.iter().map(|p| p.area).sum();
         for part in &mut parts {
             part.share = if whole > 0.0 { part.area / whole } else { 0.0 };
         }
         let (low, high) = tile.vertices.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v.z), high.max(v.z)));
+        let uncovering = (0..material.surfaces.len()).filter(|i| parts.iter().all(|p| p.surface != Some(*i)));
+        let warnings = uncovering
+            .map(|i| format!("the surface of part \"{}\" (line {}) covers nothing", material.surfaces[i].part, material.surfaces[i].line))
+            .collect();
         let surfaces = material
             .surfaces
             .iter()
@@ -181,7 +185,7 @@ impl Report {
             would_run: would_run(quality),
             memory_bytes: memory(tile),
             notes: tile.notes.clone(),
-            warnings: Vec::new(),
+            warnings,
         })
     }
 }
@@ -194,20 +198,16 @@ impl fmt::Display for Report {
         writeln!(f, "  height    {} to {} {unit}", digits(self.height[0]), digits(self.height[1]))?;
         writeln!(f, "  geometry  {} triangles, {} vertices", self.triangles, self.vertices)?;
         for part in &self.parts {
-            let surface = &self.surfaces[part.surface];
+            let Some(surface) = part.surface.map(|s| &self.surfaces[s]) else {
+                writeln!(f, "  part      {}: no triangles", part.part)?;
+                continue;
+            };
+            let (triangles, area, share) = (part.triangles, digits(part.area), part.share * 100.0);
             let tint = if surface.tint == "1" { String::new() } else { format!(", tint {}", surface.tint) };
-            writeln!(
-                f,
-                "  part      {}: {} triangles, area {} {unit}^2 ({:.1} %), {}{tint}",
-                part.part,
-                part.triangles,
-                digits(part.area),
-                part.share * 100.0,
-                surface.brdf
-            )?;
+            writeln!(f, "  part      {}: {triangles} triangles, area {area} {unit}^2 ({share:.1} %), {}{tint}", part.part, surface.brdf)?;
         }
         writeln!(f, "  eval      {}", self.would_run)?;
-        writeln!(f, "  memory    about {:.1} MiB for the geometry", self.memory_bytes as f64 / f64::from(1 << 20))?;
+        writeln!(f, "  memory    about {} for the geometry", size(self.memory_bytes))?;
         for note in &self.notes {
             writeln!(f, "  note      {note}")?;
         }
@@ -245,6 +245,12 @@ fn would_run(quality: &Quality) -> String {
         (None, None) => format!("to a relative RMS error of {} %", digits(quality.tolerance * 100.0)),
     };
     format!("method {method}, {until}, {bounces}, seed {}", quality.seed)
+}
+
+/// A number of bytes in words.
+fn size(bytes: usize) -> String {
+    let kib = bytes as f64 / 1024.0;
+    if kib < 1024.0 { format!("{:.0} KiB", kib.ceil()) } else { format!("{:.1} MiB", kib / 1024.0) }
 }
 
 /// A number with six significant digits at most.

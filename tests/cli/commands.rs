@@ -4,7 +4,7 @@
 mod support;
 
 use serde_json::Value;
-use support::{Folder, PLANE, project};
+use support::{Folder, MATERIAL, PLANE, project};
 
 /// All commands, in the order of the work.
 const COMMANDS: [&str; 11] = ["new", "check", "eval", "bake", "render", "study", "fold", "capture", "fit", "cache", "edit"];
@@ -137,6 +137,16 @@ fn check_says_what_a_material_is_and_what_would_be_done() {
         assert!(said.stdout.contains(word), "no {word:?} in:\n{}", said.stdout);
     }
     assert!(folder.snapshot() == before, "check wrote something");
+}
+
+#[test]
+fn check_warns_of_a_surface_that_covers_nothing() {
+    let folder = Folder::new();
+    let all = MATERIAL.replace("part = \"*\"", "part = \"low\"") + &MATERIAL[MATERIAL.find("[[surface]]").unwrap()..].replace('*', "high");
+    folder.write("m.toml", all + &MATERIAL[MATERIAL.find("[[surface]]").unwrap()..]);
+    let said = folder.run(["check", "m.toml"]);
+    assert_eq!(said.status, 0, "{}", said.stderr);
+    assert!(said.stdout.contains("warning   the surface of part \"*\" (line 15) covers nothing"), "{}", said.stdout);
 }
 
 #[test]
