@@ -22,6 +22,7 @@ pub mod brdf;
 pub mod direction;
 pub mod error;
 pub mod filter;
+pub mod formats;
 pub mod geometry;
 pub mod material;
 pub mod toml_reader;
