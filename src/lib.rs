@@ -23,6 +23,7 @@ pub mod direction;
 pub mod error;
 pub mod facets;
 pub mod filter;
+pub mod formats;
 pub mod geometry;
 pub mod image_file;
 pub mod material;

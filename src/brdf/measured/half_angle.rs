@@ -1,0 +1,75 @@
+//! Half and difference angles (Rusinkiewicz 1998), and MERL tables over them.
+//!
+//! `h` is the half vector and `theta_h` its angle with the normal; the difference vector `d` is `wi` in the frame of `h` whose
+//! x axis points away from the normal: `d = (sin θd cos φd, sin θd sin φd, cos θd)`. Swapping `wi` and `wo` turns φd by π;
+//! data over φd in `0..π` are therefore reciprocal by construction.
+
+use super::real::{Real, cell, combine, cross, dot};
+use crate::formats::merl::{Merl, PHI_D, THETA_D, THETA_H};
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// Below this sine of θh the azimuth of `d` is noise, and taken as 0.
+const MIN_SIN: f64 = 1e-6;
+
+/// Half and difference vectors of a pair of directions.
+pub(super) struct HalfDifference<F> {
+    /// Cosine and sine of θh.
+    pub cos_h: F,
+    pub sin_h: F,
+    /// Cosine and sine of θd.
+    pub cos_d: F,
+    pub sin_d: F,
+    /// `sin θd cos φd` and `sin θd sin φd`, with φd folded into `0..=π`.
+    pub d: [F; 2],
+}
+
+/// Half and difference vectors for unit `n`, `i`, `o`.
+#[inline(always)]
+pub(super) fn half_difference<F: Real>(n: [F; 3], i: [F; 3], o: [F; 3]) -> HalfDifference<F> {
+    let half = F::of(0.5);
+    let sum = combine(i, half, o, half);
+    let difference = combine(i, half, o, -half);
+    let cos_d = dot(sum, sum).sqrt();
+    let sin_d = dot(difference, difference).sqrt();
+    // Directions that are exactly opposite in the plane of the facet: the half vector is the normal.
+    let h = if cos_d > F::of(0.0) { sum.map(|x| x / cos_d) } else { n };
+    // From h - n and not from h, which keeps the digits of small angles: 1 - n.h = |h - n|²/2, and the tangent of the circle
+    // from n to h is h cos - n = (h - n) - h (1 - cos).
+    let step = combine(h, F::of(1.0), n, F::of(-1.0));
+    let versine = half * dot(step, step);
+    let tangent = combine(step, F::of(1.0), h, -versine);
+    let sin_h = dot(tangent, tangent).sqrt();
+    let d = if sin_h > F::of(MIN_SIN) {
+        let (x, y) = (dot(tangent, difference) / sin_h, dot(cross(n, step), difference) / sin_h);
+        if y < F::of(0.0) { [-x, -y] } else { [x, y] }
+    } else {
+        [sin_d, F::of(0.0)]
+    };
+    HalfDifference { cos_h: F::of(1.0) - versine, sin_h, cos_d, sin_d, d }
+}
+
+/// `fr` in 1/sr of a MERL table: trilinear, φd periodic, clamped at the last nodes of θh and θd.
+#[inline(always)]
+pub(super) fn lookup<F: Real>(table: &Merl, angles: &HalfDifference<F>) -> [F; 3] {
+    let theta_h = angles.sin_h.atan2(angles.cos_h);
+    let theta_d = angles.sin_d.atan2(angles.cos_d);
+    let phi_d = angles.d[1].atan2(angles.d[0]);
+    let (h, fh) = cell((theta_h * F::of(1.0 / FRAC_PI_2)).sqrt() * F::of(THETA_H as f64), THETA_H);
+    let (d, fd) = cell(theta_d * F::of(THETA_D as f64 / FRAC_PI_2), THETA_D);
+    // One node more than the table has: node 180 is node 0.
+    let (p, fp) = cell(phi_d * F::of(PHI_D as f64 / PI), PHI_D + 1);
+    let next = if p + 1 == PHI_D { 0 } else { p + 1 };
+    let one = F::of(1.0);
+    let mut out = [F::of(0.0); 3];
+    for (dh, wh) in [(0, one - fh), (1, fh)] {
+        for (dd, wd) in [(0, one - fd), (1, fd)] {
+            let row = &table.rgb[((h + dh) * THETA_D + d + dd) * PHI_D..][..PHI_D];
+            let (a, b) = (row[p], row[next]);
+            let (wa, wb) = (wh * wd * (one - fp), wh * wd * fp);
+            for c in 0..3 {
+                out[c] = out[c] + F::from(a[c]) * wa + F::from(b[c]) * wb;
+            }
+        }
+    }
+    out
+}

@@ -1,0 +1,150 @@
+//! Measured BRDFs: MERL tables, RGL tables, and the built-in neural fits of MERL materials.
+//!
+//! They are used as they are: neither made reciprocal nor limited in energy ([`crate::brdf::Brdf::warnings`] says by how much
+//! they fail). Each lookup is written once, generic over the precision: [`Measured::eval`] is the `f64` reference,
+//! [`Measured::eval_f32`] the same in `f32` for hot loops. Neither allocates.
+
+mod adaptive;
+mod half_angle;
+mod network;
+mod real;
+#[cfg(test)]
+mod tests;
+
+pub use network::fit_names;
+
+use crate::error::{BadInput, Result};
+use crate::formats::{merl, rgl};
+use adaptive::Adaptive;
+use glam::{DVec3, Vec3};
+use network::Network;
+use real::{Real, dot};
+use std::path::Path;
+
+/// Smallest cosine between a facet's normal and the light by which a stored `fr cos` is divided, so that `fr` stays finite.
+pub const MIN_FACET_COSINE: f64 = 1e-6;
+
+/// A measured BRDF of a facet, isotropic, linear RGB.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    /// Where it came from: the file, or the name of the fit.
+    pub label: String,
+    /// What the file says of itself; empty if it says nothing.
+    pub description: String,
+    /// Factor of the table.
+    pub scale: f64,
+    table: Table,
+    /// Roughness of the lobe that importance sampling uses.
+    lobe_alpha: f64,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Table {
+    Merl(merl::Merl),
+    Rgl(Adaptive),
+    Fit(Box<Network>),
+}
+
+impl Measured {
+    /// Reads a MERL `.binary` or an RGL `.bsdf` file, by its ending. `scale` multiplies its values.
+    ///
+    /// # Errors
+    /// [`crate::Error::BadInput`] for another ending, a missing or a damaged file; [`crate::Error::Unsupported`] for
+    /// anisotropic and for spectral RGL files; [`crate::Error::Io`].
+    pub fn read(path: &Path, scale: f64) -> Result<Self> {
+        let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        let (description, table) = match ending.as_str() {
+            "binary" => (String::new(), Table::Merl(merl::read(path)?)),
+            "bsdf" => {
+                let file = rgl::read(path)?;
+                let table = Table::Rgl(Adaptive::new(&file, path)?);
+                (file.description, table)
+            }
+            _ => {
+                let problem = format!("the ending \"{ending}\" is not one of a measured BRDF");
+                return Err(BadInput::new(problem, "name a MERL .binary or an RGL .bsdf file").in_file(path).into());
+            }
+        };
+        Ok(Self::new(path.display().to_string(), description, scale, table))
+    }
+
+    /// The built-in neural fit of a MERL material; [`fit_names`] lists them. `scale` multiplies its values.
+    ///
+    /// # Errors
+    /// An unknown name, with the nearest known ones.
+    pub fn fit(name: &str, scale: f64) -> Result<Self, BadInput> {
+        let table = Table::Fit(Box::new(Network::named(name)?));
+        Ok(Self::new(name.to_owned(), String::new(), scale, table))
+    }
+
+    fn new(label: String, description: String, scale: f64, table: Table) -> Self {
+        let mut measured = Self { label, description, scale, table, lobe_alpha: 1.0 };
+        measured.lobe_alpha = measured.estimate_lobe();
+        measured
+    }
+
+    /// Whether this is a neural fit and not a measurement.
+    pub fn is_fit(&self) -> bool {
+        matches!(self.table, Table::Fit(_))
+    }
+
+    /// Roughness of a GGX lobe about as wide as the measured one, or 1 where there is none: for importance sampling.
+    pub fn lobe_alpha(&self) -> f64 {
+        self.lobe_alpha
+    }
+
+    /// `fr`, in 1/sr, of a facet with unit normal `n` for unit directions to the light and to the viewer; 0 when one of them
+    /// is not above the facet. Finite and never negative.
+    pub fn eval(&self, n: DVec3, wi: DVec3, wo: DVec3) -> [f64; 3] {
+        self.evaluate(n.to_array(), wi.to_array(), wo.to_array())
+    }
+
+    /// [`Measured::eval`] in `f32`, for hot loops: no allocation, no call into the mathematical library.
+    ///
+    /// Differs from `eval` of the same `f32` vectors by less than 2e-4 of the value plus 1e-5 of the largest value nearby,
+    /// but for directions that rounding moves across a jump of the data (the plane of incidence of the fits, the normal itself).
+    pub fn eval_f32(&self, n: Vec3, wi: Vec3, wo: Vec3) -> [f32; 3] {
+        self.evaluate(n.to_array(), wi.to_array(), wo.to_array())
+    }
+
+    #[inline(always)]
+    fn evaluate<F: Real>(&self, n: [F; 3], i: [F; 3], o: [F; 3]) -> [F; 3] {
+        let (cos_i, cos_o) = (dot(n, i), dot(n, o));
+        let zero = F::of(0.0);
+        if !(cos_i > zero && cos_o > zero) {
+            return [zero; 3];
+        }
+        let scale = F::of(self.scale);
+        match &self.table {
+            Table::Merl(table) => half_angle::lookup(table, &half_angle::half_difference(n, i, o)).map(|v| v * scale),
+            Table::Fit(network) => network.eval(&half_angle::half_difference(n, i, o)).map(|v| v * scale),
+            Table::Rgl(table) => {
+                let factor = scale / cos_i.max(F::of(MIN_FACET_COSINE));
+                table.lookup(n, i, o).map(|v| v * factor)
+            }
+        }
+    }
+
+    /// Width of the lobe about the half vector, from the angle at which it falls to half its height: GGX falls to half at
+    /// `tan² = alpha² (√2 - 1)`.
+    fn estimate_lobe(&self) -> f64 {
+        /// Angle between each direction and the half vector: off the normal, where some tables have gaps.
+        const THETA_D: f64 = 0.35;
+        const STEPS: u32 = 400;
+        // The half vector tilts across the plane of the two directions, so that both rise and fall together.
+        let at = |tilt: f64| {
+            let h = DVec3::new(0.0, tilt.sin(), tilt.cos()) * THETA_D.cos();
+            let side = DVec3::X * THETA_D.sin();
+            self.eval(DVec3::Z, h + side, h - side).iter().sum::<f64>()
+        };
+        let tilts: Vec<f64> = (0..STEPS).map(|k| (f64::from(k) / f64::from(STEPS)).powi(2) * 1.3).collect();
+        let values: Vec<f64> = tilts.iter().map(|&t| at(t)).collect();
+        let (peak, floor) = values.iter().fold((0.0_f64, f64::INFINITY), |(p, f), &v| (p.max(v), f.min(v)));
+        if peak < 3.0 * floor {
+            return 1.0; // no lobe to speak of: nearly diffuse
+        }
+        // The last angle above half height: a lobe may peak off its centre.
+        let half = values.iter().rposition(|&v| v - floor > 0.5 * (peak - floor)).unwrap_or(0);
+        (tilts[(half + 1).min(tilts.len() - 1)].tan() / (2.0_f64.sqrt() - 1.0).sqrt()).clamp(0.005, 1.0)
+    }
+}

@@ -1,0 +1,193 @@
+//! The arithmetic of measured BRDFs in `f64` (the reference) and in `f32` (the hot loops), from one source.
+//!
+//! A lookup is written once, generic over [`Real`]; what differs is precision and the three functions that the standard
+//! library has no fast `f32` form of. Vectors are `[F; 3]`.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// `f64`, or `f32` with functions good to a few units in the last place and without calls into the mathematical library.
+pub(super) trait Real:
+    Copy + PartialOrd + From<f32> + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+{
+    /// The constant `value`, rounded.
+    fn of(value: f64) -> Self;
+    /// Square root.
+    fn sqrt(self) -> Self;
+    /// Angle of the point `(x, self)`, in -π..=π; 0 at the origin.
+    fn atan2(self, x: Self) -> Self;
+    /// `e^x - 1` for `0 <= x <= 80`.
+    fn exp_m1(self) -> Self;
+    /// The whole part of a number in `0..2^31`.
+    fn whole(self) -> usize;
+    /// The smaller one.
+    fn min(self, other: Self) -> Self;
+    /// The larger one; `other` if `self` is NaN.
+    fn max(self, other: Self) -> Self;
+}
+
+impl Real for f64 {
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.sqrt()
+    }
+    #[inline(always)]
+    fn atan2(self, x: Self) -> Self {
+        self.atan2(x)
+    }
+    #[inline(always)]
+    fn exp_m1(self) -> Self {
+        self.exp_m1()
+    }
+    #[inline(always)]
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the contract says 0..2^31")]
+    fn whole(self) -> usize {
+        self as u32 as usize
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        if self < other { self } else { other }
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+}
+
+impl Real for f32 {
+    #[inline(always)]
+    #[expect(clippy::cast_possible_truncation, reason = "rounding is what it is for")]
+    fn of(value: f64) -> Self {
+        value as Self
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.sqrt()
+    }
+
+    /// Absolute error below 4e-7.
+    #[inline(always)]
+    fn atan2(self, x: Self) -> Self {
+        use std::f32::consts::{FRAC_PI_2, PI};
+        let (ax, ay) = (x.abs(), self.abs());
+        let (small, large) = if ax < ay { (ax, ay) } else { (ay, ax) };
+        // MIN_POSITIVE: the angle of the origin is 0 and not 0/0.
+        let t = small / large.max(Self::MIN_POSITIVE);
+        let mut angle = t * atan_over_x(t * t);
+        if ax < ay {
+            angle = FRAC_PI_2 - angle;
+        }
+        if x < 0.0 {
+            angle = PI - angle;
+        }
+        if self < 0.0 { -angle } else { angle }
+    }
+
+    /// Relative error below 3e-7.
+    #[inline(always)]
+    fn exp_m1(self) -> Self {
+        use std::f32::consts::LOG2_E;
+        // ln 2 in two parts, the first with 9 bits, so that k ln 2 is exact.
+        const LN2_HIGH: f32 = 355.0 / 512.0;
+        const LN2_LOW: f32 = -2.121_944_4e-4;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the contract says 0..=80")]
+        let k = (self * LOG2_E + 0.5) as u32;
+        let r = (self - k as Self * LN2_HIGH) - k as Self * LN2_LOW;
+        let power = Self::from_bits((k + 127) << 23);
+        power * (r * expm1_over_x(r)) + (power - 1.0)
+    }
+
+    #[inline(always)]
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the contract says 0..2^31")]
+    fn whole(self) -> usize {
+        self as u32 as usize
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        if self < other { self } else { other }
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+}
+
+/// `atan(x)/x` as a polynomial of `u = x²` in `0..=1`: minimax, relative error 1e-7.
+#[inline(always)]
+fn atan_over_x(u: f32) -> f32 {
+    let u2 = u * u;
+    let low = (0.999_999_9 - 0.333_319_9 * u) + (0.199_697_24 - 0.140_194_82 * u) * u2;
+    let high = (0.099_142_94 - 0.059_486_403 * u) + (0.024_252_407 - 0.004_693_276_4 * u) * u2;
+    low + high * (u2 * u2)
+}
+
+/// `(e^x - 1)/x` for `|x| <= ln 2 / 2`: minimax, relative error 1.1e-8 before rounding.
+#[inline(always)]
+fn expm1_over_x(x: f32) -> f32 {
+    let x2 = x * x;
+    (1.0 + 0.499_999_98 * x) + (0.166_665_06 + 0.041_667_137 * x) * x2 + (0.008_369_069 + 0.001_388_887_3 * x) * (x2 * x2)
+}
+
+/// Scalar product.
+#[inline(always)]
+pub(super) fn dot<F: Real>(a: [F; 3], b: [F; 3]) -> F {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Vector product.
+#[inline(always)]
+pub(super) fn cross<F: Real>(a: [F; 3], b: [F; 3]) -> [F; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// `a s + b t`.
+#[inline(always)]
+pub(super) fn combine<F: Real>(a: [F; 3], s: F, b: [F; 3], t: F) -> [F; 3] {
+    [a[0] * s + b[0] * t, a[1] * s + b[1] * t, a[2] * s + b[2] * t]
+}
+
+/// Cell of a grid with `nodes >= 2` nodes that holds the position `at`, in node spacings, and how far into it; clamped to the grid.
+#[inline(always)]
+pub(super) fn cell<F: Real>(at: F, nodes: usize) -> (usize, F) {
+    let at = at.max(F::of(0.0));
+    let index = at.min(F::of(nodes as f64)).whole().min(nodes - 2);
+    (index, (at - F::of(index as f64)).min(F::of(1.0)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fast_arctangent_is_right_in_all_quadrants() {
+        for k in 0..100_000_u32 {
+            let angle = (f64::from(k) / 50_000.0 - 1.0) * std::f64::consts::PI;
+            let (y, x) = (angle.sin() as f32, angle.cos() as f32);
+            let off = (f64::from(Real::atan2(y, x)) - f64::from(y).atan2(f64::from(x))).abs();
+            assert!(off < 4e-7, "{off:e} at {angle} rad");
+        }
+        assert_eq!(Real::atan2(0.0_f32, 0.0), 0.0);
+    }
+
+    #[test]
+    fn fast_exponential_keeps_its_digits_from_1e_minus_20_to_80() {
+        for k in 0..100_000_u32 {
+            let x = (1e-20_f64.ln() + f64::from(k) / 1e5 * (80_f64.ln() - 1e-20_f64.ln())).exp() as f32;
+            let relative = (f64::from(Real::exp_m1(x)) / f64::from(x).exp_m1() - 1.0).abs();
+            assert!(relative < 3e-7, "{relative:e} at {x}");
+        }
+        assert_eq!(Real::exp_m1(0.0_f32), 0.0);
+    }
+
+    #[test]
+    fn a_cell_is_clamped_at_both_ends() {
+        assert_eq!(cell(-0.5_f64, 4), (0, 0.0));
+        assert_eq!(cell(2.25_f64, 4), (2, 0.25));
+        assert_eq!(cell(3.0_f64, 4), (2, 1.0));
+        assert_eq!(cell(1e30_f32, 4), (2, 1.0));
+        assert_eq!(cell(f64::NAN, 4), (0, 0.0));
+    }
+}

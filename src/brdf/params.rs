@@ -1,0 +1,276 @@
+//! The models and their parameters, declared once.
+//!
+//! A model's table of [`Param`]s is how its `brdf` table is read ([`Values`]), what `docs/brdf.md` says ([`markdown`]; a test
+//! compares) and what help texts can print. All parameters are numbers without a unit.
+
+use super::microfacet::Distribution;
+use super::{ALPHA, Brdf, Colour, EXPONENT, Measured};
+use crate::error::Result;
+use crate::toml_reader::{Range, TableReader, range};
+use std::fmt::Write as _;
+
+/// Albedo, diffuse, specular and f0 are reflectances.
+const REFLECTANCE: Range = range(0.0, 1.0);
+/// Factor of measured values.
+const SCALE: Range = range(0.0, 1000.0);
+
+/// A model of small-scale BRDFs, as material files name it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Model {
+    /// The value of `model`.
+    pub name: &'static str,
+    /// One line for the user.
+    pub help: &'static str,
+    /// `fr`, as text.
+    pub formula: &'static str,
+    /// Its keys.
+    pub params: &'static [Param],
+}
+
+/// One key of a `brdf` table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Param {
+    /// The key.
+    pub key: &'static str,
+    /// Type, range and default.
+    pub value: Value,
+    /// One line for the user.
+    pub help: &'static str,
+}
+
+/// Type, range and default of a parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value {
+    /// Linear RGB: three numbers, or one for all three.
+    Colour(Fallback, Range),
+    /// A number.
+    Number(Fallback, Range),
+    /// One of a few words, the first one by default.
+    Choice(&'static [&'static str]),
+    /// A file, relative to the material file.
+    File,
+    /// The name of a built-in fit.
+    Fit,
+}
+
+/// What holds when a key is not there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fallback {
+    /// The key is required; this is what an example says.
+    Required(f64),
+    /// This value.
+    Default(f64),
+    /// Nothing, which means what the text says.
+    Without(&'static str),
+}
+
+const DIFFUSE: Param =
+    Param { key: "diffuse", value: Value::Colour(Fallback::Default(0.0), REFLECTANCE), help: "Reflectance of the diffuse part" };
+const SPECULAR: Param = Param { key: "specular", value: Value::Colour(Fallback::Required(0.5), REFLECTANCE), help: "Factor of the lobe" };
+const ROUGHNESS: Param = Param { key: "alpha", value: Value::Number(Fallback::Required(0.2), ALPHA), help: "Roughness of the lobe" };
+const DISTRIBUTION: Param =
+    Param { key: "distribution", value: Value::Choice(&["ggx", "beckmann"]), help: "Distribution D of the microfacets' normals" };
+
+/// The models, in the order of the documentation.
+pub const MODELS: [Model; 5] = [
+    Model {
+        name: "lambert",
+        help: "Perfectly diffuse",
+        formula: "albedo/pi",
+        params: &[Param {
+            key: "albedo",
+            value: Value::Colour(Fallback::Required(0.5), REFLECTANCE),
+            help: "Share of the light that is reflected",
+        }],
+    },
+    Model {
+        name: "blinn-phong",
+        help: "Diffuse, and a power of the cosine between normal and half vector",
+        formula: "diffuse/pi + specular (e+2)/(2 pi) (n.h)^e",
+        params: &[
+            DIFFUSE,
+            SPECULAR,
+            Param {
+                key: "exponent",
+                value: Value::Number(Fallback::Required(50.0), EXPONENT),
+                help: "The exponent e: the larger, the narrower the lobe",
+            },
+        ],
+    },
+    Model {
+        name: "cook-torrance",
+        help: "Diffuse, and microfacets with Smith's shadowing",
+        formula: "diffuse/pi + specular D G F / (4 (n.i)(n.o))",
+        params: &[
+            DIFFUSE,
+            SPECULAR,
+            ROUGHNESS,
+            DISTRIBUTION,
+            Param {
+                key: "f0",
+                value: Value::Colour(Fallback::Without("F = 1"), REFLECTANCE),
+                help: "Reflectance at normal incidence, of Schlick's F",
+            },
+        ],
+    },
+    Model {
+        name: "ward",
+        help: "Diffuse, and the isotropic lobe of Ward 1992",
+        formula: "diffuse/pi + specular exp(-tan^2(h)/alpha^2) / (4 pi alpha^2 sqrt((n.i)(n.o)))",
+        params: &[DIFFUSE, SPECULAR, ROUGHNESS],
+    },
+    Model {
+        name: "measured",
+        help: "A table from a file, or a built-in fit of one",
+        formula: "scale times the table",
+        params: &[
+            Param { key: "file", value: Value::File, help: "MERL .binary or isotropic RGL .bsdf (RGB)" },
+            Param { key: "name", value: Value::Fit, help: "Instead of a file: one of the built-in fits" },
+            Param { key: "scale", value: Value::Number(Fallback::Default(1.0), SCALE), help: "Factor of the values" },
+        ],
+    },
+];
+
+/// The values of one `brdf` table, read by its model's parameters.
+struct Values<'t, 'a> {
+    table: &'t TableReader<'a>,
+    model: &'static Model,
+}
+
+impl Values<'_, '_> {
+    fn param(&self, key: &str) -> &'static Param {
+        self.model.params.iter().find(|p| p.key == key).unwrap_or_else(|| unreachable!("{} declares no `{key}`", self.model.name))
+    }
+
+    /// A colour, its default, or `None` if it may be left out.
+    fn colour(&self, key: &'static str) -> Result<Option<Colour>> {
+        let Value::Colour(fallback, range) = self.param(key).value else { unreachable!("`{key}` is not a colour") };
+        Ok(match self.table.colour(key, range)? {
+            Some(colour) => Some(colour),
+            None => self.fallback(key, fallback)?.map(|v| [v; 3]),
+        })
+    }
+
+    /// A colour that has a default or must be there.
+    fn some_colour(&self, key: &'static str) -> Result<Colour> {
+        Ok(self.colour(key)?.expect("its fallback is not `Without`"))
+    }
+
+    /// A number that has a default or must be there.
+    fn number(&self, key: &'static str) -> Result<f64> {
+        let Value::Number(fallback, range) = self.param(key).value else { unreachable!("`{key}` is not a number") };
+        Ok(match self.table.f64(key, range)? {
+            Some(number) => number,
+            None => self.fallback(key, fallback)?.expect("its fallback is not `Without`"),
+        })
+    }
+
+    fn fallback(&self, key: &str, fallback: Fallback) -> Result<Option<f64>> {
+        match fallback {
+            Fallback::Default(value) => Ok(Some(value)),
+            Fallback::Without(_) => Ok(None),
+            Fallback::Required(example) => Err(self.table.missing(key, &example.to_string())),
+        }
+    }
+
+    /// One of the words, by its place.
+    fn choice(&self, key: &'static str) -> Result<usize> {
+        let Value::Choice(words) = self.param(key).value else { unreachable!("`{key}` is not a choice") };
+        Ok(self.table.choice(key, words)?.unwrap_or(0))
+    }
+
+    /// The measured BRDF that `file` or `name` tells.
+    fn measured(&self) -> Result<Measured> {
+        let (file, name, scale) = (self.table.path("file")?, self.table.str("name")?, self.number("scale")?);
+        match (file, name) {
+            (Some(file), None) if !file.exists() => {
+                let problem = format!("there is no file {}", file.display());
+                Err(self.table.error_at("file", problem, "check the path; it is relative to the material file"))
+            }
+            (Some(file), None) => Measured::read(&file, scale),
+            (None, Some(name)) => Measured::fit(name, scale).map_err(|bad| self.table.error_at("name", bad.problem, bad.remedy)),
+            (Some(_), Some(_)) => Err(self.table.error_at("name", "both `file` and `name` are there", "keep one of them")),
+            (None, None) => {
+                let remedy = "add `file = \"table.binary\"` (MERL), `file = \"table.bsdf\"` (RGL) or `name = \"gold-paint\"`";
+                Err(self.table.error("neither `file` nor `name` is there", remedy))
+            }
+        }
+    }
+}
+
+impl Brdf {
+    /// Reads a `brdf` table; for `measured` also the file that it names.
+    ///
+    /// # Errors
+    /// [`crate::Error::BadInput`] for an unknown model or key, a missing key, a value outside its range; as [`Measured::read`].
+    pub fn read(table: TableReader<'_>) -> Result<Self> {
+        let place = table.choice("model", &MODELS.map(|m| m.name))?.ok_or_else(|| table.missing("model", "\"lambert\""))?;
+        let values = Values { table: &table, model: &MODELS[place] };
+        let brdf = match values.model.name {
+            "lambert" => Self::Lambert { albedo: values.some_colour("albedo")? },
+            "blinn-phong" => Self::BlinnPhong {
+                diffuse: values.some_colour("diffuse")?,
+                specular: values.some_colour("specular")?,
+                exponent: values.number("exponent")?,
+            },
+            "cook-torrance" => Self::CookTorrance {
+                diffuse: values.some_colour("diffuse")?,
+                specular: values.some_colour("specular")?,
+                alpha: values.number("alpha")?,
+                distribution: [Distribution::Ggx, Distribution::Beckmann][values.choice("distribution")?],
+                f0: values.colour("f0")?,
+            },
+            "ward" => Self::Ward {
+                diffuse: values.some_colour("diffuse")?,
+                specular: values.some_colour("specular")?,
+                alpha: values.number("alpha")?,
+            },
+            "measured" => Self::Measured(values.measured()?.into()),
+            other => unreachable!("MODELS holds no \"{other}\""),
+        };
+        table.finish()?;
+        Ok(brdf)
+    }
+}
+
+impl Param {
+    /// Type and range in words: `colour, 0 to 1`.
+    pub fn domain(&self) -> String {
+        let span = |kind: &str, range: Range| format!("{kind}, {} to {}", range.min, range.max);
+        match self.value {
+            Value::Colour(_, range) => span("colour", range),
+            Value::Number(_, range) => span("number", range),
+            Value::Choice(words) => words.iter().map(|w| format!("\"{w}\"")).collect::<Vec<_>>().join(" or "),
+            Value::File => "path, relative to the material file".into(),
+            Value::Fit => "text".into(),
+        }
+    }
+
+    /// The default in words: `0`, `required`.
+    pub fn default_text(&self) -> String {
+        match self.value {
+            Value::Colour(fallback, _) | Value::Number(fallback, _) => match fallback {
+                Fallback::Required(_) => "required".into(),
+                Fallback::Default(value) => value.to_string(),
+                Fallback::Without(meaning) => format!("none: {meaning}"),
+            },
+            Value::Choice(words) => format!("\"{}\"", words[0]),
+            Value::File | Value::Fit => "one of `file` and `name` is required".into(),
+        }
+    }
+}
+
+/// All models and their parameters as Markdown, for the documentation.
+pub fn markdown() -> String {
+    let mut text = String::new();
+    for model in &MODELS {
+        let (name, help, formula) = (model.name, model.help, model.formula);
+        writeln!(text, "### `{name}`\n\n{help}: `fr = {formula}`.\n\n| key | type and range | default | meaning |\n|---|---|---|---|")
+            .expect("a String can be written to");
+        for p in model.params {
+            writeln!(text, "| `{}` | {} | {} | {} |", p.key, p.domain(), p.default_text(), p.help).expect("a String can be written to");
+        }
+        text.push('\n');
+    }
+    text
+}
