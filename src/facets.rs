@@ -12,7 +12,7 @@
 //!   stored side by side: lane `l` of the sums belongs to set `l mod 8`, and neighbouring lanes see nearly the same.
 
 use crate::material::{SmallScale, Tint};
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3};
 use std::ops::Range;
 
 /// Sets of facets whose spread gives the standard error.
@@ -288,6 +288,13 @@ pub fn sample(small: &SmallScale, surface: &Surface, density: &Density, runs: Ru
         facets.ranges.push(start..facets.triangle.len());
     }
     facets
+}
+
+impl Facets {
+    /// Normal of a facet.
+    pub fn normal_of(&self, facet: usize) -> Vec3 {
+        Vec3::new(self.normal[0][facet], self.normal[1][facet], self.normal[2][facet])
+    }
 }
 
 /// One sample of the surface.

@@ -7,6 +7,7 @@ use super::importance::{self, Known};
 use super::lobes::{self, Lobe};
 use super::sums::{self, PairSums};
 use super::{Control, Effective, Quality, Summary, Value};
+use crate::brdf::Brdf;
 use crate::direction::Pair;
 use crate::error::{Error, Result};
 use crate::facets::{self, Density, Facets, Runs, SETS, Surface};
@@ -67,7 +68,9 @@ const STAGES: [&str; 4] = ["prepare", "facets", "visibility", "sums"];
 pub(super) fn direct(small: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
     let start = (control.clock)();
     let surface = Surface::new(small);
-    let demand = Demand::new(pairs, true);
+    // Tables need not be reciprocal; every model is.
+    let symmetric = !small.surfaces.iter().any(|s| matches!(s.brdf, Brdf::Measured(_)));
+    let demand = Demand::new(pairs, symmetric);
     let lobes = small.surfaces.iter().map(|s| {
         let tint = if let Tint::Uniform(tint) = s.tint { tint } else { [1.0; 3] };
         lobes::lobes(&s.brdf, tint)

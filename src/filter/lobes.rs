@@ -4,7 +4,7 @@
 //! facet and direction and `shape` once a facet and pair, and colours and Fresnel's factor, which depends on `i·h` alone, once a
 //! pair. [`Side`] and [`Shape`] work on [`LANES`] facets in f32; `crate::brdf::Brdf::eval` is their plain twin.
 
-use crate::brdf::{Brdf, Colour, Distribution};
+use crate::brdf::{Brdf, Colour, Distribution, Measured};
 use crate::facets::LANES;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -23,8 +23,8 @@ pub struct Lobe<'a> {
     pub side: Side,
     /// What depends on the half vector.
     pub shape: Shape,
-    /// A BRDF that does not split: its values replace `side` and `shape`.
-    pub whole: Option<&'a Brdf>,
+    /// A table, which does not split: its values replace `side` and `shape`.
+    pub whole: Option<&'a Measured>,
 }
 
 /// What depends on one direction, by its cosine with the normal.
@@ -80,6 +80,7 @@ pub fn lobes(brdf: &Brdf, tint: Colour) -> Vec<Lobe<'_>> {
             let a2 = alpha * alpha;
             vec![diffuse(d), lobe(tinted(specular, 1.0 / (4.0 * PI * a2)), Side::Root, Shape::Ward((1.0 / a2) as f32))]
         }
+        Brdf::Measured(measured) => vec![Lobe { whole: Some(measured), ..lobe(tint, Side::Cosine, Shape::Constant) }],
     };
     lobes.retain(|lobe| lobe.colour != [0.0; 3]);
     lobes

@@ -10,7 +10,7 @@
 
 use super::demand::Demand;
 use super::lobes::{Half, Lanes, Lobe, Shape, Side};
-use crate::brdf::Brdf;
+use crate::brdf::Measured;
 use crate::facets::{Facets, LANES, SETS};
 use crate::simd::{self, Kernel};
 use crate::visibility::Bits;
@@ -51,14 +51,14 @@ impl View {
 impl Lobe<'_> {
     /// `fr (n·i)(n·o)` without the colour of a chunk of facets whose cosines are given: 0 where one of them is.
     #[inline(always)]
-    #[expect(clippy::cast_possible_truncation, reason = "the sums are in f32")]
     pub fn chunk(&self, facets: &Facets, chunk: usize, i: (&Lanes, DVec3), o: (&Lanes, DVec3), half: &Half) -> Lanes {
         let mut value = [0.0; LANES];
-        if let Some(brdf) = self.whole {
+        if let Some(measured) = self.whole {
+            let (wi, wo) = (i.1.as_vec3(), o.1.as_vec3());
             for l in 0..LANES {
                 if i.0[l] > 0.0 && o.0[l] > 0.0 {
-                    let n = DVec3::from_array([0, 1, 2].map(|c| f64::from(facets.normal[c][chunk + l])));
-                    value[l] = (brdf.eval(n, i.1, o.1).iter().sum::<f64>() / 3.0) as f32 * i.0[l] * o.0[l];
+                    let fr = measured.eval_f32(facets.normal_of(chunk + l), wi, wo);
+                    value[l] = (fr[0] + fr[1] + fr[2]) / 3.0 * i.0[l] * o.0[l];
                 }
             }
             return value;
@@ -211,8 +211,8 @@ impl Kernel for AddLobe<'_> {
 
 #[inline(always)]
 fn add_lobe(facets: &Facets, range: Range<usize>, directions: &[(DVec3, &[u64])], pairs: &[Local], lobe: &Lobe<'_>, sums: &mut [PairSums]) {
-    if let Some(brdf) = lobe.whole {
-        return add_whole(facets, range, directions, pairs, lobe, brdf, sums);
+    if let Some(measured) = lobe.whole {
+        return add_whole(facets, range, directions, pairs, lobe, measured, sums);
     }
     let empty = || View { cosine: [[0.0; LANES]; BLOCK_CHUNKS], side: [[0.0; LANES]; BLOCK_CHUNKS], chunks: 0 };
     let mut views: Vec<View> = directions.iter().map(|_| empty()).collect();
@@ -365,29 +365,30 @@ fn add_tinted(
     }
 }
 
-/// Facet by facet, for BRDFs that do not split.
+/// Facet by facet, for tables, which do not split.
 fn add_whole(
     facets: &Facets,
     range: Range<usize>,
     directions: &[(DVec3, &[u64])],
     pairs: &[Local],
     lobe: &Lobe<'_>,
-    brdf: &Brdf,
+    measured: &Measured,
     sums: &mut [PairSums],
 ) {
     for (pair, sums) in pairs.iter().zip(sums) {
         let (bi, bo) = (directions[pair.i].1, directions[pair.o].1);
+        let (wi, wo) = (pair.wi.as_vec3(), pair.wo.as_vec3());
         for word in range.start / 64..range.end / 64 {
             let mut both = bi[word] & bo[word];
             while both != 0 {
                 let f = word * 64 + both.trailing_zeros() as usize;
                 both &= both - 1;
-                let n = DVec3::from_array([0, 1, 2].map(|c| f64::from(facets.normal[c][f]))).normalize();
-                let fr = brdf.eval(n, pair.wi, pair.wo);
-                let factor = f64::from(facets.weight[f]) * n.dot(pair.wi).max(0.0) * n.dot(pair.wo).max(0.0);
+                let n = facets.normal_of(f);
+                let fr = measured.eval_f32(n, wi, wo);
+                let factor = facets.weight[f] * n.dot(wi).max(0.0) * n.dot(wo).max(0.0);
                 for c in 0..3 {
-                    let tint = facets.tint.as_ref().map_or(1.0, |t| f64::from(t[c][f]));
-                    sums[f % SETS][c] += lobe.colour[c] * tint * factor * fr[c];
+                    let tint = facets.tint.as_ref().map_or(1.0, |t| t[c][f]);
+                    sums[f % SETS][c] += lobe.colour[c] * f64::from(tint * factor * fr[c]);
                 }
             }
         }
