@@ -13,6 +13,8 @@
 
 use crate::material::{SmallScale, Tint};
 use glam::{DVec2, DVec3, Vec3};
+use std::cmp::Ordering;
+use std::collections::HashMap;
 use std::ops::Range;
 
 /// Sets of facets whose spread gives the standard error.
@@ -47,6 +49,8 @@ pub struct Surface {
     pub top_down: Vec<u32>,
     /// Highest less lowest z.
     pub height: f64,
+    /// Whether the surface has no boundary: each edge has its reverse, in this tile or the next.
+    pub closed: bool,
 }
 
 /// Facets, structure of arrays. All arrays have the same length, a multiple of [`ALIGNMENT`].
@@ -107,6 +111,7 @@ impl Surface {
             period: tile.period / unit,
             top_down,
             height: height.max(0.0),
+            closed: is_closed(&vertices, &triangles, tile.period / unit),
             surface: order.iter().map(|o| small.surface_of_triangle[o.1 as usize]).collect(),
             tile_triangle: order.iter().map(|o| o.1).collect(),
             vertices,
@@ -139,6 +144,38 @@ impl Surface {
         barycentric[(tip + 2) % 3] = r * across;
         barycentric
     }
+}
+
+/// Whether each edge of the periodic surface is met by as many edges in the reverse direction.
+fn is_closed(vertices: &[DVec3], triangles: &[[u32; 3]], period: DVec2) -> bool {
+    /// Positions that agree to this share of the larger period are one.
+    const WELD: f64 = 1e-6;
+    let cells = (period / WELD).round();
+    let key = |v: &DVec3| {
+        let xy = (DVec2::new(v.x, v.y) / period * cells).round();
+        let wrapped = xy - (xy / cells).floor() * cells;
+        [wrapped.x, wrapped.y, (v.z / WELD).round()].map(|x| x + 0.0).map(f64::to_bits)
+    };
+    let mut places: HashMap<[u64; 3], u32> = HashMap::new();
+    let ids: Vec<u32> = vertices
+        .iter()
+        .map(|v| {
+            let next = u32::try_from(places.len()).expect("vertices are counted in u32");
+            *places.entry(key(v)).or_insert(next)
+        })
+        .collect();
+    let mut balance: HashMap<[u32; 2], i32> = HashMap::new();
+    for t in triangles {
+        for k in 0..3 {
+            let (a, b) = (ids[t[k] as usize], ids[t[(k + 1) % 3] as usize]);
+            match a.cmp(&b) {
+                Ordering::Less => *balance.entry([a, b]).or_default() += 1,
+                Ordering::Greater => *balance.entry([b, a]).or_default() -= 1,
+                Ordering::Equal => {}
+            }
+        }
+    }
+    balance.values().all(|&b| b == 0)
 }
 
 /// One of 24 coarse bins of normals: octant of the sphere, and the component that dominates.

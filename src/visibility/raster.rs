@@ -5,7 +5,8 @@
 //! covers its point from higher up. Points are sorted into the cells of a grid, and each triangle is compared with the points of
 //! the cells that it covers (an *irregular z-buffer*: Aila and Laine 2004, "Alias-free shadow maps"; Johnson et al. 2005). The answer
 //! is exact, as a ray's is: nothing is sampled, and no period is left out. Triangles come from the top down, and the points that
-//! they have hidden are taken out now and then: most points are hidden by the first few layers.
+//! they have hidden are taken out now and then: most points are hidden by the first few layers. A ray that enters a closed surface
+//! leaves it again: of closed surfaces only the triangles that face the direction are compared.
 //!
 //! A ray costs about as much as 50 such comparisons, but each facet needs one ray a direction, while the triangles are set up
 //! once a direction for all facets: this pays where facets are not far fewer than triangles. Near the horizon the projected
@@ -58,13 +59,13 @@ struct Point {
 /// Points sorted by cell, structure of arrays.
 #[derive(Debug, Default)]
 struct Points {
+    count: usize,
     u: Vec<f32>,
     v: Vec<f32>,
     z: Vec<f32>,
     triangle: Vec<u32>,
     hidden: Vec<u32>,
-    /// For each place of the sorted points its place among the open ones.
-    order: Vec<u32>,
+    facet: Vec<u32>,
 }
 
 /// Writes the bits of `direction` (with `z > 0`) into `row`, one bit a facet.
@@ -112,90 +113,125 @@ fn visible_in_lanes(surface: &Surface, facets: &Facets, direction: DVec3, scratc
     }));
     let bias = BIAS * direction.z;
     open.clear();
-    for (facet, (&triangle, &position)) in (0..).zip(facets.triangle.iter().zip(&facets.position)) {
-        if triangle != NO_TRIANGLE && facing[triangle as usize] {
-            let uv = project(position);
-            let uv = uv - uv.floor();
-            open.push(Point { uv: [uv.x as f32, uv.y as f32], z: (position.z + bias) as f32, triangle, facet });
-        }
-    }
+    open.reserve(facets.triangle.len());
+    open.extend(
+        (0..).zip(facets.triangle.iter().zip(&facets.position)).filter(|(_, (t, _))| **t != NO_TRIANGLE && facing[**t as usize]).map(
+            |(facet, (&triangle, &position))| {
+                let uv = project(position);
+                let uv = uv - uv.floor();
+                Point { uv: [uv.x as f32, uv.y as f32], z: (position.z + bias) as f32, triangle, facet }
+            },
+        ),
+    );
     let stretch = (DVec2::ONE + shear.abs() * surface.height) / surface.period;
+    let grid = points.sort(open, stretch, cell_of, cells);
     let triangles = surface.triangles.len();
     let mut next = 0;
-    while next < triangles && !open.is_empty() {
-        let grid = sort(open, stretch, cell_of, cells, points);
-        let lowest = open.iter().fold(f32::INFINITY, |low, p| low.min(p.z));
-        // From the top down, a sixteenth, then an eighth, ... of the triangles, and the hidden points taken out.
-        let end = if next == 0 { triangles.div_ceil(16) } else { (2 * next).min(triangles) };
+    while next < triangles && points.count > 0 {
+        let lowest = points.z[..points.count].iter().fold(f32::INFINITY, |low, &z| low.min(z));
+        // From the top down, a sixteenth, a quarter, all of the triangles, and the hidden points taken out.
+        let end = if next == 0 { triangles.div_ceil(16) } else { (4 * next).min(triangles) };
         for &t in &surface.top_down[next..end] {
+            if surface.closed && !facing[t as usize] {
+                continue;
+            }
             let corners = surface.triangles[t as usize].map(|v| vertex[v as usize]);
-            if corners[0][2].max(corners[1][2]).max(corners[2][2]) <= lowest {
+            if most(corners[0][2], corners[1][2], corners[2][2]) <= lowest {
                 next = triangles;
                 break;
             }
             compare(grid, cells, points, t, corners);
         }
         next = next.max(end);
-        let mut place = 0;
-        let hidden = &mut cell_of[..open.len()];
-        for (&order, &h) in points.order.iter().zip(&points.hidden) {
-            hidden[order as usize] = h;
+        if next < triangles {
+            points.take_out_hidden(cells);
         }
-        open.retain(|_| {
-            place += 1;
-            hidden[place - 1] == 0
-        });
     }
-    for point in open {
-        row[point.facet as usize / 64] |= 1 << (point.facet % 64);
+    for (&facet, &hidden) in points.facet.iter().zip(&points.hidden[..points.count]) {
+        row[facet as usize / 64] |= u64::from(hidden == 0) << (facet % 64);
     }
 }
 
-/// Sorts the points into cells; `cells[c]` becomes the end of the points of cell `c`.
-#[inline(always)]
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "cells are counted in u32 and bounded by the grid")]
-fn sort(open: &[Point], stretch: DVec2, cell_of: &mut Vec<u32>, cells: &mut Vec<u32>, points: &mut Points) -> Grid {
-    // Cells as long as triangles are stretched, so that a triangle covers few rows.
-    let wanted = (open.len() as f64 / POINTS_PER_CELL).max(1.0);
-    let aspect = (stretch.x / stretch.y).clamp(1.0 / 64.0, 64.0);
-    let side = |x: f64| (x.sqrt().round() as i32).clamp(1, 2048);
-    let grid = Grid { columns: side(wanted / aspect), rows: side(wanted * aspect) };
-    cells.clear();
-    cells.resize((grid.columns * grid.rows) as usize + 1, 0);
-    cell_of.clear();
-    let (columns, rows) = (grid.columns as f32, grid.rows as f32);
-    for point in open {
-        let column = ((point.uv[0] * columns) as i32).clamp(0, grid.columns - 1);
-        let row = ((point.uv[1] * rows) as i32).clamp(0, grid.rows - 1);
-        let cell = (row * grid.columns + column) as u32;
-        cells[cell as usize + 1] += 1;
-        cell_of.push(cell);
+impl Points {
+    /// Sorts the points into cells; `cells[c]` becomes the end of the points of cell `c`.
+    #[inline(always)]
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "cells are counted in u32 and bounded by the grid")]
+    fn sort(&mut self, open: &[Point], stretch: DVec2, cell_of: &mut Vec<u32>, cells: &mut Vec<u32>) -> Grid {
+        // Cells as long as triangles are stretched, so that a triangle covers few rows.
+        let wanted = (open.len() as f64 / POINTS_PER_CELL).max(1.0);
+        let aspect = (stretch.x / stretch.y).clamp(1.0 / 64.0, 64.0);
+        let side = |x: f64| (x.sqrt().round() as i32).clamp(1, 2048);
+        let grid = Grid { columns: side(wanted / aspect), rows: side(wanted * aspect) };
+        cells.clear();
+        cells.resize((grid.columns * grid.rows) as usize + 1, 0);
+        let (columns, rows) = (grid.columns as f32, grid.rows as f32);
+        cell_of.clear();
+        cell_of.extend(open.iter().map(|point| {
+            // Rounding may put a point on the far edge, which is the near edge of the next period: it stays in the last cell.
+            let column = cell_at((point.uv[0] * columns).min(columns - 1.0));
+            let row = cell_at((point.uv[1] * rows).min(rows - 1.0));
+            (row * grid.columns + column) as u32
+        }));
+        for &cell in cell_of.iter() {
+            cells[cell as usize + 1] += 1;
+        }
+        let mut sum = 0;
+        for cell in cells.iter_mut() {
+            sum += *cell;
+            *cell = sum;
+        }
+        self.count = open.len();
+        let padded = open.len() + POINTS;
+        for buffer in [&mut self.u, &mut self.v, &mut self.z] {
+            buffer.resize(padded, 0.0);
+        }
+        self.triangle.resize(padded, 0);
+        self.facet.resize(padded, 0);
+        self.hidden.clear();
+        self.hidden.resize(padded, 0);
+        // `cells[c]` moves from the start of cell c to the start of the next one.
+        for (&cell, point) in cell_of.iter().zip(open) {
+            let slot = cells[cell as usize] as usize;
+            cells[cell as usize] += 1;
+            self.u[slot] = point.uv[0];
+            self.v[slot] = point.uv[1];
+            self.z[slot] = point.z;
+            self.triangle[slot] = point.triangle;
+            self.facet[slot] = point.facet;
+        }
+        grid
     }
-    for c in 1..cells.len() {
-        cells[c] += cells[c - 1];
+
+    /// Takes the hidden points out, where that is worth it; the others stay in their cells.
+    #[inline(always)]
+    #[expect(clippy::cast_possible_truncation, reason = "points are counted in u32")]
+    fn take_out_hidden(&mut self, cells: &mut [u32]) {
+        let hidden: u32 = self.hidden[..self.count].iter().sum();
+        if (hidden as usize) < self.count / 4 {
+            return;
+        }
+        let (mut from, mut to) = (0, 0);
+        for end in cells.iter_mut() {
+            while from < *end as usize {
+                if self.hidden[from] == 0 {
+                    self.u[to] = self.u[from];
+                    self.v[to] = self.v[from];
+                    self.z[to] = self.z[from];
+                    self.triangle[to] = self.triangle[from];
+                    self.facet[to] = self.facet[from];
+                    to += 1;
+                }
+                from += 1;
+            }
+            *end = to as u32;
+        }
+        self.count = to;
+        self.hidden[..to + POINTS].fill(0);
     }
-    let padded = open.len() + POINTS;
-    for buffer in [&mut points.u, &mut points.v, &mut points.z] {
-        buffer.resize(padded, 0.0);
-    }
-    points.triangle.resize(padded, 0);
-    points.order.resize(open.len(), 0);
-    points.hidden.clear();
-    points.hidden.resize(padded, 0);
-    // `cells[c]` moves from the start of cell c to the start of the next one.
-    for (index, (&cell, point)) in (0..).zip(cell_of.iter().zip(open)) {
-        let slot = cells[cell as usize] as usize;
-        cells[cell as usize] += 1;
-        points.u[slot] = point.uv[0];
-        points.v[slot] = point.uv[1];
-        points.z[slot] = point.z;
-        points.triangle[slot] = point.triangle;
-        points.order[slot] = index;
-    }
-    grid
 }
 
 /// One edge of a projected triangle.
+#[derive(Clone, Copy)]
 struct Edge {
     /// The end with the smaller v.
     low: [f32; 2],
@@ -203,6 +239,24 @@ struct Edge {
     high: f32,
     /// Change of u with v.
     slope: f32,
+}
+
+/// Fills the place of an edge that is not needed.
+const NO_EDGE: Edge = Edge { low: [0.0; 2], high: 0.0, slope: 0.0 };
+
+/// Columns up to which all columns of a triangle count as covered in each of its rows.
+const NARROW: i32 = 6;
+
+#[inline(always)]
+fn least(a: f32, b: f32, c: f32) -> f32 {
+    let ab = if a < b { a } else { b };
+    if ab < c { ab } else { c }
+}
+
+#[inline(always)]
+fn most(a: f32, b: f32, c: f32) -> f32 {
+    let ab = if a > b { a } else { b };
+    if ab > c { ab } else { c }
 }
 
 #[inline(always)]
@@ -237,8 +291,8 @@ fn compare(grid: Grid, cells: &[u32], points: &mut Points, index: u32, [a, b, c]
     let m0 = [ac[1] * inverse, -ac[0] * inverse];
     let m1 = [-ab[1] * inverse, ab[0] * inverse];
     let (columns, rows) = (grid.columns as f32, grid.rows as f32);
-    let low = [a[0].min(b[0]).min(c[0]), a[1].min(b[1]).min(c[1])];
-    let high = [a[0].max(b[0]).max(c[0]), a[1].max(b[1]).max(c[1])];
+    let low = [least(a[0], b[0], c[0]), least(a[1], b[1], c[1])];
+    let high = [most(a[0], b[0], c[0]), most(a[1], b[1], c[1])];
     // Moved by whole periods so that its lowest corner lies in the grid: from here on cells are counted from 0.
     let lattice = [low[0].floor(), low[1].floor()];
     let [a, b, c] = [a, b, c].map(|p| [p[0] - lattice[0], p[1] - lattice[1], p[2]]);
@@ -246,8 +300,9 @@ fn compare(grid: Grid, cells: &[u32], points: &mut Points, index: u32, [a, b, c]
     let last_column = cell_at((high[0] - lattice[0]) * columns);
     let first_row = cell_at((low[1] - lattice[1]) * rows);
     let last_row = cell_at((high[1] - lattice[1]) * rows);
-    let edges = [edge(a, b), edge(b, c), edge(c, a)];
-    let narrow = last_column - first_column < 2;
+    // Comparing a few points in vain costs less than clipping the edges.
+    let narrow = last_column - first_column < NARROW || last_row == first_row;
+    let edges = if narrow { [NO_EDGE; 3] } else { [edge(a, b), edge(b, c), edge(c, a)] };
     let (row_height, mut lattice_row, mut wrapped_row) = (1.0 / rows, 0.0, first_row);
     for row in first_row..=last_row {
         if wrapped_row >= grid.rows {
@@ -261,12 +316,13 @@ fn compare(grid: Grid, cells: &[u32], points: &mut Points, index: u32, [a, b, c]
         if !narrow {
             let (bottom, top) = (row as f32 * row_height, (row + 1) as f32 * row_height);
             let (mut left, mut right) = (f32::INFINITY, f32::NEG_INFINITY);
-            for e in &edges {
-                let (start, end) = (bottom.max(e.low[1]), top.min(e.high));
+            for e in edges {
+                let start = if bottom > e.low[1] { bottom } else { e.low[1] };
+                let end = if top < e.high { top } else { e.high };
                 let (x, y) = (e.low[0] + (start - e.low[1]) * e.slope, e.low[0] + (end - e.low[1]) * e.slope);
-                let meets = start <= end;
-                left = if meets { left.min(x.min(y)) } else { left };
-                right = if meets { right.max(x.max(y)) } else { right };
+                let (near, far) = if x < y { (x, y) } else { (y, x) };
+                left = if (start <= end) & (near < left) { near } else { left };
+                right = if (start <= end) & (far > right) { far } else { right };
             }
             if left > right {
                 continue;
