@@ -7,6 +7,7 @@ mod demand;
 mod direct;
 mod importance;
 mod lobes;
+mod reference;
 mod sums;
 
 use crate::direction::Pair;
@@ -128,7 +129,8 @@ pub struct Effective {
 pub fn effective(surface: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
     match quality.method {
         Method::Auto | Method::Direct => direct::direct(surface, pairs, quality, control),
-        Method::LowRank | Method::SphericalGaussian | Method::Reference => {
+        Method::Reference => reference::reference(surface, pairs, quality, control),
+        Method::LowRank | Method::SphericalGaussian => {
             Err(Error::Unsupported { what: "this method".into(), remedy: "use `--method direct`".into() })
         }
     }

@@ -13,7 +13,7 @@
 
 use crate::error::{BadInput, Error, Result};
 use crate::geometry::Tile;
-use glam::{DVec3, UVec2, Vec3A};
+use glam::{DVec2, DVec3, UVec2, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::{BRANCHING, CwBvh, builder::build_cwbvh};
@@ -72,6 +72,8 @@ pub struct Hit {
     pub distance: f64,
     /// Whether the face turns its outer side to the origin.
     pub front: bool,
+    /// Weights of the triangle's second and third corner at the place; the first has the rest.
+    pub barycentric: DVec2,
 }
 
 /// Where a search for the first hit ended.
@@ -241,6 +243,7 @@ impl PeriodicBvh {
                     position: place / self.scale + DVec3::Z * self.bottom,
                     distance: (walk.skipped + distance) / length,
                     front: self.faces[face].normal.dot(walk.direction) < 0.0,
+                    barycentric: self.faces[face].barycentric(place),
                 })
             }
             (None, true) => Traced::Left,
@@ -388,6 +391,13 @@ impl Face {
         let u = self.edges[1].dot(moment);
         let v = -self.edges[0].dot(moment);
         (u >= -self.seam && v >= -self.seam && u + v <= facing.abs() + self.seam).then_some(t)
+    }
+
+    /// Weights of the second and the third corner at a point of the plane.
+    fn barycentric(&self, place: DVec3) -> DVec2 {
+        let from_corner = place - self.corner;
+        let [a, b] = self.edges;
+        DVec2::new(b.cross(self.normal).dot(from_corner), self.normal.cross(a).dot(from_corner)) / self.normal.length_squared()
     }
 
     /// Height of a point over the plane.

@@ -62,6 +62,10 @@ fn rays_agree_with_trying_every_translate_of_every_triangle() {
                 found += 1;
                 assert_eq!((hit.triangle as usize, hit.front), (triangle, front), "seed {seed}: from {origin} to {w}");
                 assert!((hit.distance / distance - 1.0).abs() < 1e-9, "{} instead of {distance}", hit.distance);
+                let [p, q, r] = tile.corners(triangle);
+                let at = p + hit.barycentric.x * (q - p) + hit.barycentric.y * (r - p);
+                let off = (at - hit.position) / period.extend(f64::INFINITY);
+                assert!((off - off.round()).abs().max_element() < 1e-9, "{off} periods between the place and its weights");
                 let off = (origin + distance * w - hit.position) / period.extend(f64::INFINITY);
                 assert!((off - off.round()).abs().max_element() < 1e-9, "{off} periods from where it should be");
             }
