@@ -108,18 +108,17 @@ impl Adaptive {
         let sum = combine(i, half, o, half);
         let length = dot(sum, sum).sqrt();
         let m = if length > zero { sum.map(|x| x / length) } else { n };
-        let ([cos_m, sin_m], tangent_m) = tilt(n, m);
-        let ([cos_o, sin_o], tangent_o) = tilt(n, o);
+        let (theta_m, tangent_m) = tilt(n, m);
+        let (theta_o, tangent_o) = tilt(n, o);
         let turn = dot(n, cross(tangent_o, tangent_m)).atan2(dot(tangent_o, tangent_m));
-        let theta_o = sin_o.atan2(cos_o);
-        let u = [unit_theta(sin_m.atan2(cos_m)), (turn + F::of(PI)) * F::of(1.0 / (2.0 * PI))];
+        let u = [unit_theta(theta_m), (turn + F::of(PI)) * F::of(1.0 / (2.0 * PI))];
         let (slice, ft) = self.elevation(theta_o);
         let upper = (slice + 1).min(self.theta.len() - 1);
         let slices = [(slice, one - ft), (upper, ft)];
         let s = self.warp_inverse(u, slices);
 
-        let (x, fx) = cell(s[0] * F::of((self.size[0] - 1) as f64), self.size[0]);
-        let (y, fy) = cell(s[1] * F::of((self.size[1] - 1) as f64), self.size[1]);
+        let (x, fx) = cell(s[0] * F::count(self.size[0] - 1), self.size[0]);
+        let (y, fy) = cell(s[1] * F::count(self.size[1] - 1), self.size[1]);
         let mut out = [zero; 3];
         for (slice, wt) in slices {
             for (row, wy) in [(y, one - fy), (y + 1, fy)] {
@@ -134,7 +133,7 @@ impl Adaptive {
         let factor = match &self.jacobian {
             None => one,
             Some((ndf, sigma)) => {
-                let (x, fx) = cell(unit_theta(theta_o) * F::of((sigma.len() - 1) as f64), sigma.len());
+                let (x, fx) = cell(unit_theta(theta_o) * F::count(sigma.len() - 1), sigma.len());
                 let area = F::from(sigma[x]) * (one - fx) + F::from(sigma[x + 1]) * fx;
                 bilinear(ndf, u) / (F::of(4.0) * area)
             }
@@ -145,7 +144,8 @@ impl Adaptive {
     /// The last elevation at or below `theta`, and how far the way to the next is.
     #[inline(always)]
     fn elevation<F: Real>(&self, theta: F) -> (usize, F) {
-        let above = self.theta.iter().take_while(|&&t| F::from(t) <= theta).count();
+        // All of them, because a search mispredicts its branches.
+        let above = self.theta.iter().filter(|&&t| F::from(t) <= theta).count();
         match above {
             0 => (0, F::of(0.0)),
             k if k == self.theta.len() => (k - 1, F::of(0.0)),
@@ -161,8 +161,8 @@ impl Adaptive {
     fn warp_inverse<F: Real>(&self, u: [F; 2], slices: [(usize, F); 2]) -> [F; 2] {
         let (zero, one, half) = (F::of(0.0), F::of(1.0), F::of(0.5));
         let [columns, rows] = self.warp_size;
-        let (x, fx) = cell(u[0] * F::of((columns - 1) as f64), columns);
-        let (y, fy) = cell(u[1] * F::of((rows - 1) as f64), rows);
+        let (x, fx) = cell(u[0] * F::count(columns - 1), columns);
+        let (y, fy) = cell(u[1] * F::count(rows - 1), rows);
         // Density at both ends of the cell and integral up to it, on the line through u; integrals of the two rows.
         let (mut d0, mut d1, mut before) = (zero, zero, zero);
         let (mut r0, mut r1, mut below) = (zero, zero, zero);
@@ -188,14 +188,13 @@ impl Adaptive {
     }
 }
 
-/// Cosine and sine of the angle between unit `n` and `w`, and the part of `w` that is tangent to the surface.
+/// Angle between unit `n` and `w`, which is above the surface, and the part of `w` that is tangent to the surface.
 #[inline(always)]
-fn tilt<F: Real>(n: [F; 3], w: [F; 3]) -> ([F; 2], [F; 3]) {
+fn tilt<F: Real>(n: [F; 3], w: [F; 3]) -> (F, [F; 3]) {
     // From w - n, whose small components keep their digits near the normal.
     let step = combine(w, F::of(1.0), n, F::of(-1.0));
-    let rise = dot(step, n);
-    let tangent = combine(step, F::of(1.0), n, -rise);
-    ([F::of(1.0) - F::of(0.5) * dot(step, step), dot(tangent, tangent).sqrt()], tangent)
+    let versine = F::of(0.5) * dot(step, step);
+    (versine.arc_versine(), combine(step, F::of(1.0), n, versine))
 }
 
 /// Place of a polar angle on the unit square.
@@ -207,8 +206,8 @@ fn unit_theta<F: Real>(theta: F) -> F {
 #[inline(always)]
 fn bilinear<F: Real>(grid: &Tensor, u: [F; 2]) -> F {
     let [rows, columns] = [grid.shape[0], grid.shape[1]];
-    let (x, fx) = cell(u[0] * F::of((columns - 1) as f64), columns);
-    let (y, fy) = cell(u[1] * F::of((rows - 1) as f64), rows);
+    let (x, fx) = cell(u[0] * F::count(columns - 1), columns);
+    let (y, fy) = cell(u[1] * F::count(rows - 1), rows);
     let along = |y: usize| {
         let at = y * columns + x;
         F::from(grid.values[at]) * (F::of(1.0) - fx) + F::from(grid.values[at + 1]) * fx

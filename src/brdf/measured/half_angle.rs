@@ -13,9 +13,10 @@ const MIN_SIN: f64 = 1e-6;
 
 /// Half and difference vectors of a pair of directions.
 pub(super) struct HalfDifference<F> {
-    /// Cosine and sine of θh.
+    /// Cosine, sine and versine (1 - cos) of θh.
     pub cos_h: F,
     pub sin_h: F,
+    pub versine_h: F,
     /// Cosine and sine of θd.
     pub cos_d: F,
     pub sin_d: F,
@@ -40,19 +41,21 @@ pub(super) fn half_difference<F: Real>(n: [F; 3], i: [F; 3], o: [F; 3]) -> HalfD
     let tangent = combine(step, F::of(1.0), h, -versine);
     let sin_h = dot(tangent, tangent).sqrt();
     let d = if sin_h > F::of(MIN_SIN) {
-        let (x, y) = (dot(tangent, difference) / sin_h, dot(cross(n, step), difference) / sin_h);
-        if y < F::of(0.0) { [-x, -y] } else { [x, y] }
+        let (x, y) = (dot(tangent, difference), dot(cross(n, step), difference));
+        let scale = F::select(y < F::of(0.0), F::of(-1.0), F::of(1.0)) / sin_h;
+        [x * scale, y * scale]
     } else {
         [sin_d, F::of(0.0)]
     };
-    HalfDifference { cos_h: F::of(1.0) - versine, sin_h, cos_d, sin_d, d }
+    HalfDifference { cos_h: F::of(1.0) - versine, sin_h, versine_h: versine, cos_d, sin_d, d }
 }
 
 /// `fr` in 1/sr of a MERL table: trilinear, φd periodic, clamped at the last nodes of θh and θd.
 #[inline(always)]
 pub(super) fn lookup<F: Real>(table: &Merl, angles: &HalfDifference<F>) -> [F; 3] {
-    let theta_h = angles.sin_h.atan2(angles.cos_h);
-    let theta_d = angles.sin_d.atan2(angles.cos_d);
+    let theta_h = angles.versine_h.arc_versine();
+    // 1 - cos = sin² / (1 + cos)
+    let theta_d = (angles.sin_d * angles.sin_d / (F::of(1.0) + angles.cos_d)).arc_versine();
     let phi_d = angles.d[1].atan2(angles.d[0]);
     let (h, fh) = cell((theta_h * F::of(1.0 / FRAC_PI_2)).sqrt() * F::of(THETA_H as f64), THETA_H);
     let (d, fd) = cell(theta_d * F::of(THETA_D as f64 / FRAC_PI_2), THETA_D);

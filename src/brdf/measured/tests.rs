@@ -284,6 +284,7 @@ fn fits_do_not_flicker_in_the_plane_of_incidence() {
 #[test]
 fn single_precision_agrees_with_double() {
     let merl = merl_table(|h, d, p| 0.2 + 50.0 * (-h * h / 0.01).exp() + d * (1.0 + 0.2 * (2.0 * p).cos()));
+    // With the fits this compares the network's kernel with its plain twin, too.
     let mut all = vec![merl, Measured::read(&sample_file(), 0.7).unwrap()];
     all.extend(["chrome", "gold-metallic-paint", "red-fabric", "white-paint"].map(|n| Measured::fit(n, 1.0).unwrap()));
     for measured in &all {
@@ -307,7 +308,7 @@ fn single_precision_agrees_with_double() {
         }
         let rms = (squares / total).sqrt();
         println!("{}: worst relative {worst:.1e}, RMS {rms:.1e}", measured.label);
-        assert!(worst < 2e-4 && rms < 2e-5, "{}: worst relative {worst:e}, RMS {rms:e}", measured.label);
+        assert!(worst < 1e-4 && rms < 5e-6, "{}: worst relative {worst:e}, RMS {rms:e}", measured.label);
     }
 }
 
