@@ -158,6 +158,8 @@ impl Report {
             part.area += area(tile.corners(triangle));
             part.surface = Some(usize::from(covering));
         }
+        // A part that the kind knows but this geometry lacks has nothing to report.
+        parts.retain(|p| p.triangles > 0);
         let whole: f64 = parts.iter().map(|p| p.area).sum();
         for part in &mut parts {
             part.share = if whole > 0.0 { part.area / whole } else { 0.0 };

@@ -56,7 +56,7 @@ pub fn run(args: &NewArgs, common: &CommonArgs) -> Result<()> {
     let [file] = &args.files[..] else {
         return Err(BadInput::new("two files are given", format!("write `biscale new {kind} FILE`")).at_field("FILE").into());
     };
-    let text = template(&kind).ok_or_else(unsupported)?;
+    let text = biscale::geometry::template(&kind).ok_or_else(unsupported)?;
     // The user edits this file: it is never recognised as ours to overwrite.
     let target = Target::new(file, args.force, &[], |_| false)?;
     if target.is_stdout() && common.json {
@@ -71,24 +71,3 @@ pub fn run(args: &NewArgs, common: &CommonArgs) -> Result<()> {
     }
     Ok(())
 }
-
-/// The text of a file of this kind.
-fn template(kind: &str) -> Option<String> {
-    (kind == "mesh").then(|| MESH.to_owned())
-}
-
-const MESH: &str = r#"format = 1
-name = "mesh"
-unit = "mm"              # nm, um, mm, cm or m: of all lengths in this file
-
-[geometry]
-kind = "mesh"            # triangles from a file
-file = "surface.obj"     # OBJ, PLY or STL; the path is relative to this file
-period = [1.0, 1.0]      # size of one period in x and y, in the file's units; 1e-6 to 1e6
-scale = 1.0              # factor from the file's units to this file's unit; 1e-9 to 1e9
-
-[[surface]]
-part = "*"               # an OBJ usemtl or g name; "*" is all the rest
-brdf = { model = "lambert", albedo = 0.5 }
-tint = [1.0, 1.0, 1.0]   # linear RGB factors of the BRDF; 0 to 1
-"#;

@@ -142,7 +142,7 @@ fn the_real_scan_has_the_size_its_scanner_says() {
         println!("skipped: BISCALE_DATA is not set");
         return;
     };
-    let file = Path::new(&root).join("data/microgeom/gelsight_groove/heightmap.tmd");
+    let file = Path::new(&root).join("microgeom/gelsight_groove/heightmap.tmd");
     let geometry = format!("kind = \"height-field\"\nfile = '{}'\ndetrend = true\nedge = \"blend\"\nresolution = 128", file.display());
     let tile = build_in(Path::new(""), &geometry).unwrap().tile;
     // scan.yaml: 0.027458113509339 mm a pixel; 616 x 514 nodes reduced to 128 x 107, of which 13 and 11 are blended away.

@@ -105,3 +105,56 @@ fn a_template_writes_the_defaults() {
         assert_eq!(of(&template(kind).unwrap()), build(&format!("kind = \"{kind}\"")), "{kind}");
     }
 }
+
+#[test]
+fn every_sample_loads_and_builds_and_is_all_covered() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("samples");
+    let readme = std::fs::read_to_string(folder.join("README.md")).unwrap();
+    let mut count = 0;
+    for entry in std::fs::read_dir(&folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        assert!(
+            path.is_dir() || name == "README.md" || readme.contains(&format!("`{name}`")),
+            "samples/README.md does not say where {name} is from"
+        );
+        if path.extension().is_some_and(|e| e == "toml") && std::fs::read_to_string(&path).unwrap().contains("[geometry]") {
+            let tile = Material::load(&path).and_then(|m| m.build()).unwrap_or_else(|e| panic!("{e}")).tile;
+            println!("{name}: {} triangles, {} x {}, {:?}", tile.triangles.len(), tile.period.x, tile.period.y, tile.notes);
+            if tile.grid.is_some() || name.contains("groove") || name.contains("stud") {
+                assert_near(projected(&tile), tile.footprint(), 1e-9, &name);
+            }
+            count += 1;
+        }
+    }
+    assert!(count >= 10, "{count} samples");
+}
+
+/// `docs/geometry.md` with the table of each kind's parameters at its place.
+fn documented(text: &str) -> String {
+    let mut out = String::new();
+    let mut lines = text.lines().peekable();
+    while let Some(line) = lines.next() {
+        out.push_str(line);
+        out.push('\n');
+        if let Some(kind) = line.strip_prefix("<!-- parameters: ").and_then(|l| l.strip_suffix(" -->")) {
+            while lines.next_if(|l| l.starts_with('|')).is_some() {}
+            out.push_str(&params::markdown(describe(kind).unwrap_or_else(|| panic!("{kind} is no kind")).params));
+        }
+    }
+    out
+}
+
+#[test]
+fn the_documentation_has_the_parameters_of_every_kind() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/geometry.md");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let wanted = documented(&text);
+    if std::env::var_os("BISCALE_WRITE_DOCS").is_some() {
+        std::fs::write(&path, &wanted).unwrap();
+    }
+    for kind in KINDS {
+        assert!(text.contains(&format!("<!-- parameters: {kind} -->")), "docs/geometry.md lacks {kind}");
+    }
+    assert!(text == wanted, "docs/geometry.md is out of date; write it with BISCALE_WRITE_DOCS=1 cargo test -p biscale documentation");
+}

@@ -156,7 +156,7 @@ fn bad_files_are_refused_with_file_and_line() {
 
 #[test]
 fn every_draft_of_the_data_folder_is_read_or_refused_as_it_should_be() {
-    let Some(root) = std::env::var_os("BISCALE_DATA").map(|d| PathBuf::from(d).join("data/wif")) else {
+    let Some(root) = std::env::var_os("BISCALE_DATA").map(|d| PathBuf::from(d).join("wif")) else {
         println!("skipped: BISCALE_DATA is not set");
         return;
     };
