@@ -63,10 +63,12 @@ pub type Values<'a> = dyn FnMut(&[Pair], &Quality, Range<f64>) -> Result<Effecti
 /// # Errors
 /// Those of [`effective`]; [`Error::BadInput`] for a number of rings out of range, [`Error::Unsupported`] for a budget.
 pub fn bake(surface: &SmallScale, recipe: &Recipe<'_>, control: &Control<'_>) -> Result<EffectiveBrdf> {
-    build(recipe, Lobes::of(surface).as_ref(), &mut |pairs, quality, share| {
+    let mut table = build(recipe, Lobes::of(surface).as_ref(), &mut |pairs, quality, share| {
         let progress = |stage: &str, done: f64| (control.progress)(stage, share.start + done.clamp(0.0, 1.0) * (share.end - share.start));
         effective(surface, pairs, quality, &Control { progress: &progress, ..*control })
-    })
+    })?;
+    table.about.notes.splice(..0, surface.tile.notes.iter().cloned());
+    Ok(table)
 }
 
 /// The table whose values come from `values`; `lobes` are what a guide is made of.

@@ -70,6 +70,18 @@ fn sizes(rings: usize, reciprocal: bool, guide_rings: usize) -> [(usize, usize);
     [(nodes, rows), (nodes, 1), (node_count(guide_rings), 1)]
 }
 
+/// Whether the file at `path` begins as an OpenEXR file does. One that cannot be read does not.
+pub fn is_openexr(path: &Path) -> bool {
+    let mut magic = [0; 4];
+    std::fs::File::open(path).and_then(|mut f| f.read_exact(&mut magic)).is_ok() && magic == [0x76, 0x2f, 0x31, 0x01]
+}
+
+/// Whether the file at `path` holds an effective BRDF, by its header. One that cannot be read does not.
+pub fn is_effective_brdf(path: &Path) -> bool {
+    let headers = std::fs::File::open(path).map_err(exr::error::Error::from).and_then(|f| MetaData::read_from_unbuffered(f, false));
+    headers.is_ok_and(|meta| describe(&meta.headers, path).is_ok())
+}
+
 impl EffectiveBrdf {
     /// Writes the file to `path`; a half-written one is removed.
     ///

@@ -117,6 +117,11 @@ impl EffectiveBrdf {
         &self.grid
     }
 
+    /// Number of stored pairs of directions.
+    pub fn values(&self) -> usize {
+        self.planes[0].len()
+    }
+
     /// Whether `S(wi,wo) = S(wo,wi)`; not so where a measured small-scale BRDF is not reciprocal.
     pub fn is_reciprocal(&self) -> bool {
         self.reciprocal
