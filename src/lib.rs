@@ -20,6 +20,7 @@
 
 pub mod brdf;
 pub mod direction;
+pub mod effective;
 pub mod error;
 pub mod facets;
 pub mod filter;

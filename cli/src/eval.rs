@@ -5,10 +5,13 @@ use crate::output::{self, Target};
 use crate::pairs::{self, Pairs};
 use crate::progress;
 use crate::report;
+use biscale::effective::EffectiveBrdf;
+use biscale::effective::file::is_openexr;
 use biscale::error::{Error, Result};
-use biscale::filter::{self, Effective, Value};
+use biscale::filter::{self, Effective, Quality, Value};
 use biscale::material::Material;
 use clap::Args;
+use rayon::prelude::*;
 use serde::{Serialize, Serializer};
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -20,7 +23,7 @@ pub const HEADER: &str = "wi_x,wi_y,wi_z,wo_x,wo_y,wo_z,fbar_r,fbar_g,fbar_b,fha
 /// Arguments of `biscale eval`.
 #[derive(Args, Debug)]
 pub struct EvalArgs {
-    /// Material file
+    /// Material file, or a table that `bake` wrote
     material: PathBuf,
     /// CSV with the columns `wi_x,wi_y,wi_z,wo_x,wo_y,wo_z`; `-` is standard input
     #[arg(long, value_name = "PAIRS.csv")]
@@ -48,6 +51,9 @@ pub fn run(args: &EvalArgs, common: &CommonArgs) -> Result<()> {
         }
         None => None,
     };
+    if is_openexr(&args.material) {
+        return between_nodes(args, common, target.as_ref());
+    }
     let start = Instant::now();
     let material = Material::load(&args.material)?;
     let surface = material.build()?;
@@ -59,7 +65,29 @@ pub fn run(args: &EvalArgs, common: &CommonArgs) -> Result<()> {
     refuse_not_finite(&values)?;
     let rows = Rows { written: &written, values: &values };
     let summary = report::Summary::new(&material, &surface, &quality, values.len(), &before, &summary, args.quality.notes());
-    match &target {
+    write(common, target.as_ref(), rows, summary)
+}
+
+/// Evaluates a baked table between its nodes.
+fn between_nodes(args: &EvalArgs, common: &CommonArgs, target: Option<&Target>) -> Result<()> {
+    let start = Instant::now();
+    let table = EffectiveBrdf::load(&args.material)?;
+    let loaded = Instant::now();
+    let Pairs { written, pairs } = pairs::load(&args.pairs)?;
+    let read = Instant::now();
+    let values: Vec<Value> = pairs.par_iter().map(|p| table.eval(p.wi, p.wo)).collect();
+    let ms = |time: std::time::Duration| time.as_secs_f64() * 1e3;
+    let stages = [("load", ms(loaded - start)), ("pairs", ms(read - loaded)), ("interpolation", ms(read.elapsed()))];
+    let mut notes = args.quality.notes();
+    if args.quality.quality()? != Quality::default() {
+        notes.push("a baked table is evaluated as it is: options of quality do not apply to it".to_owned());
+    }
+    let summary = report::Summary::of_table(&table, values.len(), &stages, notes);
+    write(common, target, Rows { written: &written, values: &values }, summary)
+}
+
+fn write(common: &CommonArgs, target: Option<&Target>, rows: Rows<'_>, summary: report::Summary<'_>) -> Result<()> {
+    match target {
         Some(target) => target.write(|out| rows.write_csv(out))?,
         None if !common.json => Target::stdout().write(|out| rows.write_csv(out))?,
         None => {}

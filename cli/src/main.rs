@@ -1,5 +1,6 @@
 //! The command `biscale`: one file a command, and what they share in `options`, `output`, `progress` and `interrupt`.
 
+mod bake;
 mod check;
 mod eval;
 mod interrupt;
@@ -41,8 +42,8 @@ enum Command {
     Check(check::CheckArgs),
     /// Effective BRDF at listed directions
     Eval(eval::EvalArgs),
-    /// Effective BRDF as a whole table (not built yet)
-    Bake(later::LaterArgs),
+    /// Effective BRDF as a whole table
+    Bake(bake::BakeArgs),
     /// The large-scale appearance, as an image (not built yet)
     Render(later::LaterArgs),
     /// Error against time, for every method and setting (not built yet)
@@ -92,7 +93,7 @@ fn run(cli: &Cli) -> Result<u8> {
         Command::New(args) => new::run(args, &cli.common)?,
         Command::Check(args) => return check::run(args, &cli.common),
         Command::Eval(args) => eval::run(args, &cli.common)?,
-        Command::Bake(_) => later::run("bake")?,
+        Command::Bake(args) => bake::run(args, &cli.common)?,
         Command::Render(_) => later::run("render")?,
         Command::Study(_) => later::run("study")?,
         Command::Fold(_) => later::run("fold")?,

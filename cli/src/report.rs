@@ -1,5 +1,6 @@
 //! What a command that filtered a surface says about it: on standard error, or as part of its JSON.
 
+use biscale::effective::EffectiveBrdf;
 use biscale::filter::{self, Quality};
 use biscale::material::{Material, SmallScale};
 use serde::{Serialize, Serializer};
@@ -74,6 +75,25 @@ impl<'a> Summary<'a> {
             relative_rms_error: summary.relative_rms,
             tolerance: quality.tolerance,
             notes: all,
+        }
+    }
+
+    /// The same for values out of a baked table; its error is that between the nodes.
+    pub fn of_table(table: &'a EffectiveBrdf, pairs: usize, stages: &[(&'static str, f64)], notes: Vec<String>) -> Self {
+        let about = &table.about;
+        Self {
+            material: &about.name,
+            method: "table",
+            plan: &about.plan,
+            seed: about.seed,
+            pairs,
+            facets: about.facets,
+            clusters: about.facets,
+            directions: table.grid().nodes().len(),
+            milliseconds: Stages(stages.to_vec()),
+            relative_rms_error: about.error.relative_rms,
+            tolerance: about.tolerance,
+            notes: about.notes.iter().cloned().chain(notes).collect(),
         }
     }
 }

@@ -1,0 +1,287 @@
+//! Baking: the table of an effective BRDF, as fine as an asked error needs.
+//!
+//! 10,000 *probe* pairs off the nodes, uniform in projected solid angle, are computed first (200 stratified directions to the
+//! light, each with 50 of 200 to the viewer: few directions make them cheap; 100 times 100 were off by up to 35 % as a measure). They give the plan, the error of the facets and, compared with
+//! what a table interpolates there, its bias. Tables are refined from [`FIRST_RINGS`] rings on until the two errors, added in
+//! squares, keep the tolerance, or to [`super::max_rings`].
+//!
+//! The table's error falls as `1 / rings²`, its cost rises as `rings⁴`: each finer table is as fine as that law asks for.
+
+use super::grid::{HemisphereGrid, node_count};
+use super::guide::Lobes;
+use super::{About, EffectiveBrdf, TableError, max_rings, value_count, value_index};
+use crate::brdf::Colour;
+use crate::direction::Pair;
+use crate::error::{BadInput, Error, Result};
+use crate::filter::{Control, Effective, Quality, Value, effective};
+use crate::material::SmallScale;
+use glam::DVec3;
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+/// What is to be baked.
+#[derive(Clone, Debug)]
+pub struct Recipe<'a> {
+    /// Name of the material, for the file.
+    pub name: &'a str,
+    /// Text of the material file, for the file.
+    pub material: &'a str,
+    /// How to compute values. `tolerance` is the whole table's.
+    pub quality: Quality,
+    /// Rings of the table, if the caller wants them fixed; else as many as `quality.tolerance` needs.
+    pub rings: Option<usize>,
+}
+
+/// Rings of the first table that is tried.
+pub const FIRST_RINGS: usize = 8;
+/// Fewest rings that a caller may ask for.
+pub const MIN_RINGS: usize = 4;
+/// Strata of the probes' directions: in the squared sine of the elevation's complement, and in azimuth.
+const PROBE_STRATA: [usize; 2] = [10, 20];
+/// Directions to the light, and as many to the viewer, of the probe pairs.
+const PROBE_DIRECTIONS: usize = PROBE_STRATA[0] * PROBE_STRATA[1];
+/// Each direction to the light meets every fourth one to the viewer: a quarter of the azimuths at all elevations.
+const PROBE_STEP: usize = 4;
+/// The first so many probes are also looked at the other way round, to see whether `S` is symmetric.
+const REVERSED: usize = 1000;
+/// Probes that choose how fine the guide is.
+const GUIDE_PROBES: usize = 2000;
+/// Relative difference of `S` both ways round up to which a surface counts as reciprocal: rounding of sums in `f32`.
+const SYMMETRIC: f64 = 1e-4;
+/// Pairs of one call: its values and what the sums need stay far below the table's own size.
+const BLOCK: usize = 500_000;
+/// Share of the squared tolerance that the facets may use.
+const FACET_SHARE: f64 = 0.5;
+/// A finer table is made a little finer than the law `1 / rings²` says.
+const MARGIN: f64 = 1.05;
+
+/// Values of pairs, from any source: pairs, how to compute them, and the share of the whole work that this call is.
+pub type Values<'a> = dyn FnMut(&[Pair], &Quality, Range<f64>) -> Result<Effective> + 'a;
+
+/// The effective BRDF of `surface` as a table.
+///
+/// # Errors
+/// Those of [`effective`]; [`Error::BadInput`] for a number of rings out of range, [`Error::Unsupported`] for a budget.
+pub fn bake(surface: &SmallScale, recipe: &Recipe<'_>, control: &Control<'_>) -> Result<EffectiveBrdf> {
+    let mut table = build(recipe, Lobes::of(surface).as_ref(), &mut |pairs, quality, share| {
+        let progress = |stage: &str, done: f64| (control.progress)(stage, share.start + done.clamp(0.0, 1.0) * (share.end - share.start));
+        effective(surface, pairs, quality, &Control { progress: &progress, ..*control })
+    })?;
+    table.about.notes.splice(..0, surface.tile.notes.iter().cloned());
+    Ok(table)
+}
+
+/// The table whose values come from `values`; `lobes` are what a guide is made of.
+pub fn build(recipe: &Recipe<'_>, lobes: Option<&Lobes<'_>>, values: &mut Values<'_>) -> Result<EffectiveBrdf> {
+    let Recipe { quality, rings: fixed, .. } = recipe;
+    check_rings(*fixed, max_rings(true))?;
+    if quality.budget.is_some() {
+        let remedy = "set the time by --tolerance or --resolution".into();
+        return Err(Error::Unsupported { what: "a budget of time for a whole table".into(), remedy });
+    }
+    let probes = Probes::compute(quality, values)?;
+    check_rings(*fixed, max_rings(probes.reciprocal))?;
+    let quality = Quality { plan: Some(probes.summary.plan.clone()), ..quality.clone() };
+    let facets = probes.summary.relative_rms;
+    // Where the facets alone miss the tolerance, a bias of half their error adds no more than an eighth to it.
+    let wanted = (quality.tolerance * quality.tolerance - facets * facets).max(facets * facets / 4.0).sqrt();
+    let guide = lobes.map(|l| l.guide(probes.mean_s(), &probes.directions(GUIDE_PROBES)));
+    let mut rings = fixed.unwrap_or(FIRST_RINGS);
+    let mut done = 0.1;
+    loop {
+        let share = done..(if fixed.is_some() { 1.0 } else { 0.5 * (1.0 + done) });
+        done = share.end;
+        let mut table = fill(rings, probes.reciprocal, &quality, share, values)?;
+        let plain = probes.error_of(&table);
+        table.guide.clone_from(&guide);
+        let mut interpolation = if guide.is_some() { probes.error_of(&table) } else { plain };
+        if plain <= interpolation {
+            table.guide = None;
+            interpolation = plain;
+        }
+        let limit = max_rings(probes.reciprocal);
+        if interpolation <= wanted || rings >= limit || fixed.is_some() {
+            let error = TableError { relative_rms: facets.hypot(interpolation), facets, interpolation, probes: probes.pairs.len() };
+            table.about = about(recipe, &probes, &table, error)?;
+            return Ok(table);
+        }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between rings and the limit")]
+        let finer = (MARGIN * rings as f64 * (interpolation / wanted).sqrt()).ceil().min(limit as f64) as usize;
+        rings = finer.clamp(rings + 1, limit);
+    }
+}
+
+fn check_rings(rings: Option<usize>, limit: usize) -> Result<()> {
+    match rings {
+        Some(n) if !(MIN_RINGS..=limit).contains(&n) => {
+            let problem = format!("{n} rings of directions are out of range");
+            let remedy =
+                format!("ask for {MIN_RINGS} to {limit} (a table of {limit} takes {} MB)", value_count(limit, true) * 24 / 1_000_000);
+            Err(BadInput::new(problem, remedy).at_field("resolution").into())
+        }
+        _ => Ok(()),
+    }
+}
+
+fn about(recipe: &Recipe<'_>, probes: &Probes, table: &EffectiveBrdf, error: TableError) -> Result<About> {
+    if !error.relative_rms.is_finite() {
+        return Err(Error::Numeric(format!("the table's error came out as {}", error.relative_rms)));
+    }
+    let mut notes = probes.summary.notes.clone();
+    if error.relative_rms > recipe.quality.tolerance {
+        let limit = max_rings(table.reciprocal);
+        let reason = if error.facets > error.interpolation {
+            "the values themselves are that far off".to_owned()
+        } else if table.grid.rings() == limit {
+            format!("{limit} rings of directions, the most that fit into memory, are too coarse for its lobes")
+        } else {
+            format!("{} rings of directions, as asked for, are too coarse for its lobes", table.grid.rings())
+        };
+        let (error, tolerance) = (error.relative_rms, recipe.quality.tolerance);
+        notes.push(format!("the table's relative RMS error is {error:.2e}, over the tolerance {tolerance:.2e}: {reason}"));
+    }
+    if !table.reciprocal {
+        notes.push("the surface is not reciprocal: both S(wi,wo) and S(wo,wi) are stored".to_owned());
+    }
+    Ok(About {
+        program: concat!("biscale ", env!("CARGO_PKG_VERSION")).to_owned(),
+        name: recipe.name.to_owned(),
+        material: recipe.material.to_owned(),
+        method: probes.summary.method.to_owned(),
+        plan: probes.summary.plan.clone(),
+        seed: recipe.quality.seed,
+        bounces: recipe.quality.bounces,
+        tolerance: recipe.quality.tolerance,
+        facets: probes.summary.facets,
+        error,
+        notes,
+    })
+}
+
+/// All values of a table of `rings` rings.
+fn fill(rings: usize, reciprocal: bool, quality: &Quality, share: Range<f64>, values: &mut Values<'_>) -> Result<EffectiveBrdf> {
+    let grid = HemisphereGrid::new(rings);
+    let count = node_count(rings);
+    let total = value_count(rings, reciprocal);
+    let mut planes: [Vec<f32>; 6] = std::array::from_fn(|_| vec![0.0; total]);
+    let mut av = vec![0.0_f32; count];
+    let mut done = 0;
+    for (to_light, to_view) in blocks(count, reciprocal) {
+        let places = |o: usize| to_light.clone().filter(move |&i| !reciprocal || i <= o).map(move |i| (i, o));
+        let places: Vec<(usize, usize)> = to_view.clone().flat_map(places).collect();
+        let pairs: Vec<Pair> = places.iter().map(|&(i, o)| Pair { wi: grid.nodes()[i], wo: grid.nodes()[o] }).collect();
+        let at = |n: usize| share.start + (share.end - share.start) * n as f64 / total as f64;
+        let result = values(&pairs, quality, at(done)..at(done + pairs.len()))?;
+        done += pairs.len();
+        for (&(i, o), value) in places.iter().zip(&result.values) {
+            let index = value_index(count, reciprocal, i, o);
+            #[expect(clippy::cast_possible_truncation, reason = "stored as f32")]
+            for c in 0..3 {
+                planes[c][index] = value.s[c] as f32;
+                planes[c + 3][index] = value.s_se[c] as f32;
+            }
+            #[expect(clippy::cast_possible_truncation, reason = "stored as f32")]
+            let visible = value.av as f32;
+            av[o] = visible;
+        }
+    }
+    if planes.iter().chain([&av]).flatten().any(|v| !v.is_finite() || *v < 0.0) {
+        return Err(Error::Numeric("a value of the table is negative or not finite".to_owned()));
+    }
+    Ok(EffectiveBrdf { grid, reciprocal, planes, av, guide: None, about: About::default() })
+}
+
+/// The pairs of `count` nodes as rectangles of at most [`BLOCK`] (light, viewer); of a reciprocal table those with
+/// `light <= viewer`. Square ones: each distinct direction is traced once a block.
+fn blocks(count: usize, reciprocal: bool) -> Vec<(Range<usize>, Range<usize>)> {
+    let side = BLOCK.isqrt();
+    let groups = count.div_ceil(side);
+    let group = |g: usize| g * count / groups..(g + 1) * count / groups;
+    (0..groups).flat_map(|o| (0..if reciprocal { o + 1 } else { groups }).map(move |i| (group(i), group(o)))).collect()
+}
+
+/// Pairs off the nodes with their values.
+struct Probes {
+    pairs: Vec<Pair>,
+    values: Vec<Value>,
+    reciprocal: bool,
+    summary: crate::filter::Summary,
+}
+
+impl Probes {
+    fn compute(quality: &Quality, values: &mut Values<'_>) -> Result<Self> {
+        let directions = |first: usize| -> Vec<DVec3> {
+            let jittered = |i: usize| {
+                let at = |k: usize| unit(quality.seed, 2 * (first + i) + k);
+                let [rows, columns] = PROBE_STRATA;
+                let (u, v) = (((i / columns) as f64 + at(0)) / rows as f64, ((i % columns) as f64 + at(1)) / columns as f64);
+                projected_uniform(u, v)
+            };
+            (0..PROBE_DIRECTIONS).map(jittered).collect()
+        };
+        let (to_light, to_view) = (directions(0), directions(PROBE_DIRECTIONS));
+        let meets = |i: usize| (i % PROBE_STEP..PROBE_DIRECTIONS).step_by(PROBE_STEP);
+        let mut pairs: Vec<Pair> = (0..PROBE_DIRECTIONS)
+            .flat_map(|i| meets(i).map(move |o| (i, o)))
+            .map(|(i, o)| Pair { wi: to_light[i], wo: to_view[o] })
+            .collect();
+        let count = pairs.len();
+        pairs.extend_from_within(..REVERSED);
+        for pair in &mut pairs[count..] {
+            std::mem::swap(&mut pair.wi, &mut pair.wo);
+        }
+        let facets = Quality { tolerance: quality.tolerance * FACET_SHARE.sqrt(), ..quality.clone() };
+        let Effective { mut values, summary } = values(&pairs, &facets, 0.0..0.1)?;
+        let (mut difference, mut sum) = (0.0, 0.0);
+        for (there, back) in values[..REVERSED].iter().zip(&values[count..]) {
+            for c in 0..3 {
+                difference += (there.s[c] - back.s[c]).powi(2);
+                sum += there.s[c].powi(2);
+            }
+        }
+        pairs.truncate(count);
+        values.truncate(count);
+        Ok(Self { pairs, values, reciprocal: difference <= SYMMETRIC * SYMMETRIC * sum, summary })
+    }
+
+    /// About `count` of the pairs, from all over.
+    fn directions(&self, count: usize) -> Vec<(DVec3, DVec3)> {
+        self.pairs.iter().step_by(self.pairs.len() / count).map(|p| (p.wi, p.wo)).collect()
+    }
+
+    /// Mean of `S`, 1/sr.
+    fn mean_s(&self) -> Colour {
+        std::array::from_fn(|c| self.values.iter().map(|v| v.s[c]).sum::<f64>() / self.values.len() as f64)
+    }
+
+    /// Relative RMS difference of what `table` gives for `fbar` at the probes; absolute where all are 0.
+    fn error_of(&self, table: &EffectiveBrdf) -> f64 {
+        let (mut off, mut all) = (0.0, 0.0);
+        for (pair, value) in self.pairs.iter().zip(&self.values) {
+            let at = table.eval(pair.wi, pair.wo);
+            for c in 0..3 {
+                off += (at.fbar[c] - value.fbar[c]).powi(2);
+                all += value.fbar[c].powi(2);
+            }
+        }
+        if all > 0.0 { (off / all).sqrt() } else { (off / (3 * self.pairs.len()) as f64).sqrt() }
+    }
+}
+
+/// A direction uniform in projected solid angle from two numbers in `0..1` (Malley's method).
+fn projected_uniform(u: f64, v: f64) -> DVec3 {
+    let (sin, cos) = (TAU * v).sin_cos();
+    let radius = u.sqrt();
+    DVec3::new(radius * cos, radius * sin, (1.0 - u).sqrt())
+}
+
+/// The `counter`-th number in `0..1` of the stream `seed` (`SplitMix64`, Steele et al. 2014: a counter, mixed).
+fn unit(seed: u64, counter: usize) -> f64 {
+    let mix = |mut z: u64| {
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    };
+    let bits = mix(mix(seed).wrapping_add((counter as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)));
+    (bits >> 11) as f64 / (1_u64 << 53) as f64
+}
