@@ -11,6 +11,7 @@
 //! - sorted along the first coordinate, the p-th samples of the eight sets lie in the same stretch of the surface. They are
 //!   stored side by side: lane `l` of the sums belongs to set `l mod 8`, and neighbouring lanes see nearly the same.
 
+use crate::low_discrepancy::{fraction, sobol_2d};
 use crate::material::{SmallScale, Tint};
 use glam::{DVec2, DVec3, Vec3};
 use std::cmp::Ordering;
@@ -288,7 +289,7 @@ pub fn sample(small: &SmallScale, surface: &Surface, density: &Density, runs: Ru
     let mut table = vec![Sample { triangle: NO_TRIANGLE, barycentric: [0.0; 3], weight: 0.0, place: 0.0 }; samples];
     for (set, start) in runs.starts.into_iter().enumerate() {
         for t in start..start + runs.rows {
-            let [first, second] = sobol(t, seed);
+            let [first, second] = sobol_2d(t, seed);
             #[expect(clippy::cast_possible_truncation, reason = "a 32-bit fraction times a row count")]
             let row = ((u64::from(first) * rows as u64) >> 32) as usize;
             let (triangle, along, weight, place) = density.locate(fraction(first));
@@ -381,45 +382,4 @@ impl Facets {
             }
         }
     }
-}
-
-/// A 32-bit fraction as a number in 0..1, at the middle of its step.
-fn fraction(bits: u32) -> f64 {
-    (f64::from(bits) + 0.5) / 4_294_967_296.0
-}
-
-/// Point `index` of the Sobol' sequence in two dimensions, Owen-scrambled by `seed`, as 32-bit fractions.
-pub fn sobol(index: u32, seed: u32) -> [u32; 2] {
-    // The second dimension's generator matrix is Pascal's triangle mod 2: direction number k is the one before, added to itself shifted.
-    let (mut second, mut direction, mut rest) = (0_u32, 1_u32 << 31, index);
-    while rest != 0 {
-        if rest & 1 == 1 {
-            second ^= direction;
-        }
-        direction ^= direction >> 1;
-        rest >>= 1;
-    }
-    [owen_scramble(index.reverse_bits(), hash(seed ^ hash(1))), owen_scramble(second, hash(seed ^ hash(2)))]
-}
-
-/// Nested uniform scramble by a hash in which each bit depends on higher bits only (Laine and Karras 2011, with the constants of
-/// Vegdahl 2021, "Building a better LK hash").
-fn owen_scramble(x: u32, seed: u32) -> u32 {
-    let mut x = x.reverse_bits();
-    x ^= x.wrapping_mul(0x3d20_adea);
-    x = x.wrapping_add(seed);
-    x = x.wrapping_mul((seed >> 16) | 1);
-    x ^= x.wrapping_mul(0x0552_6c56);
-    x ^= x.wrapping_mul(0x53a2_2864);
-    x.reverse_bits()
-}
-
-/// A hash of 32 bits with low bias (Wellons 2018, "lowbias32").
-pub fn hash(mut x: u32) -> u32 {
-    x = x.wrapping_add(0x9e37_79b9);
-    x ^= x >> 16;
-    x = x.wrapping_mul(0x7feb_352d);
-    x ^= x >> 15;
-    x = x.wrapping_mul(0x846c_a68b);
-    x ^ x >> 16
 }

@@ -27,6 +27,7 @@ pub mod filter;
 pub mod formats;
 pub mod geometry;
 pub mod image_file;
+mod low_discrepancy;
 pub mod material;
 mod simd;
 pub mod toml_reader;

@@ -283,5 +283,9 @@ fn describe_brdf(brdf: &Brdf) -> String {
             format!("cook-torrance ({shape}), {}, alpha {alpha}{f0}", rest(diffuse, specular))
         }
         Brdf::Ward { diffuse, specular, alpha } => format!("ward, {}, alpha {alpha}", rest(diffuse, specular)),
+        Brdf::Measured(measured) => {
+            let kind = if measured.is_fit() { "neural fit of" } else { "table" };
+            format!("measured, {kind} {}, scale {}", measured.label, digits(measured.scale))
+        }
     }
 }

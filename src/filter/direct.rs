@@ -11,6 +11,7 @@ use crate::brdf::Brdf;
 use crate::direction::Pair;
 use crate::error::{Error, Result};
 use crate::facets::{self, Density, Facets, Runs, SETS, Surface};
+use crate::low_discrepancy::hash;
 use crate::material::{SmallScale, Tint};
 use crate::visibility::rays::{Occlusion, PeriodicBvh};
 use crate::visibility::{Bits, raster};
@@ -81,7 +82,7 @@ pub(super) fn direct(small: &SmallScale, pairs: &[Pair], quality: &Quality, cont
         lobes: lobes.collect(),
         density: Density::uniform(&surface),
         tasks: demand.tasks(),
-        seed: facets::hash(facets::hash(quality.seed as u32) ^ (quality.seed >> 32) as u32),
+        seed: hash(hash(quality.seed as u32) ^ (quality.seed >> 32) as u32),
         control: *control,
         seconds: [0.0; 4],
         demand,

@@ -19,6 +19,9 @@ use glam::{DVec2, DVec3};
 /// Height, as a share of the larger period and per unit of `w.z`, by which an occluder must exceed a facet: what f32 positions can tell apart.
 const BIAS: f64 = 1e-5;
 
+/// The same for the facet's own triangle, which its translates one period on may hide: nearly edge-on, f32 tells less apart.
+const OWN_BIAS: f64 = 1e-3;
+
 /// Mean number of points in a cell of the grid. Fewer cost more rows of cells a triangle, more cost more comparisons.
 const POINTS_PER_CELL: f64 = 4.0;
 
@@ -112,6 +115,7 @@ fn visible_in_lanes(surface: &Surface, facets: &Facets, direction: DVec3, scratc
         [uv.x as f32, uv.y as f32, p.z as f32]
     }));
     let bias = BIAS * direction.z;
+    let own_bias = (OWN_BIAS * direction.z) as f32;
     open.clear();
     open.reserve(facets.triangle.len());
     open.extend(
@@ -140,7 +144,7 @@ fn visible_in_lanes(surface: &Surface, facets: &Facets, direction: DVec3, scratc
                 next = triangles;
                 break;
             }
-            compare(grid, cells, points, t, corners);
+            compare(grid, cells, points, t, corners, own_bias);
         }
         next = next.max(end);
         if next < triangles {
@@ -281,7 +285,7 @@ fn cell_at(x: f32) -> i32 {
 /// Marks the points that a projected triangle hides. `cells[c]` is the end of the points of cell `c`.
 #[inline(always)]
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "cells are bounded by the grid")]
-fn compare(grid: Grid, cells: &[u32], points: &mut Points, index: u32, [a, b, c]: [[f32; 3]; 3]) {
+fn compare(grid: Grid, cells: &[u32], points: &mut Points, index: u32, [a, b, c]: [[f32; 3]; 3], own_bias: f32) {
     let (ab, ac) = ([b[0] - a[0], b[1] - a[1], b[2] - a[2]], [c[0] - a[0], c[1] - a[1], c[2] - a[2]]);
     let inverse = 1.0 / (ab[0] * ac[1] - ab[1] * ac[0]);
     if !inverse.is_finite() {
@@ -356,7 +360,8 @@ fn compare(grid: Grid, cells: &[u32], points: &mut Points, index: u32, [a, b, c]
                     let s = m0[0] * d[0] + m0[1] * d[1];
                     let t = m1[0] * d[0] + m1[1] * d[1];
                     let height = a[2] + s * ab[2] + t * ac[2];
-                    let hides = (s >= 0.0) & (t >= 0.0) & (s + t <= 1.0) & (height > z[l]) & (own[l] != index);
+                    let least_height = if own[l] == index { z[l] + own_bias } else { z[l] };
+                    let hides = (s >= 0.0) & (t >= 0.0) & (s + t <= 1.0) & (height > least_height);
                     hidden[l] |= u32::from(hides);
                 }
                 at += POINTS;

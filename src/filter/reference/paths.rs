@@ -2,7 +2,7 @@
 
 use crate::brdf::{Brdf, Colour};
 use crate::error::Result;
-use crate::facets::{hash, sobol};
+use crate::low_discrepancy::{fraction, hash, sobol_2d, sobol_3d};
 use crate::material::{SmallScale, Tint};
 use crate::visibility::rays::{Hit, Occlusion, PeriodicBvh, Traced};
 use glam::{DVec2, DVec3};
@@ -66,14 +66,9 @@ impl Sequence {
     /// ("padding", Burley 2020, "Practical Hash-based Owen Scrambling"): stratification stays, correlation goes.
     fn numbers(self, index: u32, event: u32) -> ([f64; 3], f64) {
         let seed = hash(self.seed ^ hash(event));
-        let order = if event == 0 { index } else { sobol(index, !seed)[0].reverse_bits() };
-        (sobol(order, seed).map(fraction), fraction(hash(index ^ hash(seed.rotate_left(16)))))
+        let order = if event == 0 { index } else { sobol_2d(index, !seed)[0].reverse_bits() };
+        (sobol_3d(order, seed).map(fraction), fraction(hash(index ^ hash(seed.rotate_left(16)))))
     }
-}
-
-/// The middle of the interval that a 32-bit fraction stands for.
-fn fraction(bits: u32) -> f64 {
-    (f64::from(bits) + 0.5) / 4_294_967_296.0
 }
 
 impl<'a> Scene<'a> {
