@@ -246,9 +246,20 @@ impl<'a> TableReader<'a> {
         array.iter().enumerate().map(one).collect()
     }
 
-    /// A path, relative to the folder of this file, if the key is there.
+    /// The path of a file to read, relative to the folder of this file, if the key is there. Where no file stands is a mistake
+    /// at this key, and not one of whoever opens it.
     pub fn path(&self, key: &'static str) -> Result<Option<PathBuf>> {
-        Ok(self.str(key)?.map(|p| self.source.folder().join(p)))
+        use std::io::ErrorKind::{InvalidFilename, NotADirectory, NotFound};
+        let Some(written) = self.str(key)? else { return Ok(None) };
+        let path = self.source.folder().join(written);
+        match std::fs::metadata(&path) {
+            Ok(metadata) if metadata.is_dir() => Err(self.error_at(key, format!("\"{written}\" is a folder"), "name a file")),
+            Err(e) if matches!(e.kind(), NotFound | NotADirectory | InvalidFilename) => {
+                let problem = format!("there is no file \"{written}\"");
+                Err(self.error_at(key, problem, "write a path relative to the folder of this file"))
+            }
+            _ => Ok(Some(path)),
+        }
     }
 
     /// Refuses every key that was never asked for, naming the nearest known one.

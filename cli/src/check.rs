@@ -7,7 +7,7 @@ use biscale::brdf::Brdf;
 use biscale::error::{Error, Result};
 use biscale::filter::{Method, Quality};
 use biscale::geometry::Tile;
-use biscale::material::{Material, Tint};
+use biscale::material::{Material, Surface, Tint};
 use clap::Args;
 use glam::DVec3;
 use serde::Serialize;
@@ -134,6 +134,21 @@ struct SurfaceReport {
     part: String,
     brdf: String,
     tint: String,
+    /// Share of the light that is reflected where it is largest, for models that do not keep it below 1 by themselves.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    max_directional_albedo: Option<[f64; 3]>,
+}
+
+impl SurfaceReport {
+    fn of(surface: &Surface) -> Self {
+        let unbounded = matches!(surface.brdf, Brdf::BlinnPhong { .. } | Brdf::Ward { .. } | Brdf::Measured(_));
+        Self {
+            part: surface.part.clone(),
+            brdf: describe_brdf(&surface.brdf),
+            tint: describe_tint(&surface.tint),
+            max_directional_albedo: unbounded.then(|| surface.brdf.max_directional_albedo().albedo),
+        }
+    }
 }
 
 /// Bytes of one triangle in the tile and in the hierarchy that rays walk through: indices, part and surface, three corners in
@@ -165,15 +180,16 @@ impl Report {
             part.share = if whole > 0.0 { part.area / whole } else { 0.0 };
         }
         let (low, high) = tile.vertices.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v.z), high.max(v.z)));
-        let uncovering = (0..material.surfaces.len()).filter(|i| parts.iter().all(|p| p.surface != Some(*i)));
-        let warnings = uncovering
-            .map(|i| format!("the surface of part \"{}\" (line {}) covers nothing", material.surfaces[i].part, material.surfaces[i].line))
+        // A part without triangles is reported as such; "*" that finds nothing left is more likely a mistake.
+        let idle = |i: &usize| material.surfaces[*i].part == "*" && parts.iter().all(|p| p.surface != Some(*i));
+        let mut warnings: Vec<String> = (0..material.surfaces.len())
+            .filter(idle)
+            .map(|i| format!("the surface of part \"*\" (line {}) covers nothing", material.surfaces[i].line))
             .collect();
-        let surfaces = material
-            .surfaces
-            .iter()
-            .map(|s| SurfaceReport { part: s.part.clone(), brdf: describe_brdf(&s.brdf), tint: describe_tint(&s.tint) })
-            .collect();
+        for surface in &material.surfaces {
+            warnings.extend(surface.brdf.warnings().into_iter().map(|w| format!("part \"{}\": {w}", surface.part)));
+        }
+        let surfaces = material.surfaces.iter().map(SurfaceReport::of).collect();
         Ok(Self {
             kind: "material",
             name: material.name,
@@ -207,6 +223,9 @@ impl fmt::Display for Report {
             let (triangles, area, share) = (part.triangles, digits(part.area), part.share * 100.0);
             let tint = if surface.tint == "1" { String::new() } else { format!(", tint {}", surface.tint) };
             writeln!(f, "  part      {}: {triangles} triangles, area {area} {unit}^2 ({share:.1} %), {}{tint}", part.part, surface.brdf)?;
+            if let Some(albedo) = surface.max_directional_albedo {
+                writeln!(f, "            largest directional albedo {}", colour(albedo.map(|a| (a * 1e3).round() / 1e3)))?;
+            }
         }
         writeln!(f, "  eval      {}", self.would_run)?;
         writeln!(f, "  memory    about {} for the geometry", size(self.memory_bytes))?;
@@ -284,8 +303,9 @@ fn describe_brdf(brdf: &Brdf) -> String {
         }
         Brdf::Ward { diffuse, specular, alpha } => format!("ward, {}, alpha {alpha}", rest(diffuse, specular)),
         Brdf::Measured(measured) => {
-            let kind = if measured.is_fit() { "neural fit of" } else { "table" };
-            format!("measured, {kind} {}, scale {}", measured.label, digits(measured.scale))
+            let what = if measured.is_fit() { "built-in fit" } else { "measured" };
+            let scale = if measured.scale == 1.0 { String::new() } else { format!(", scale {}", measured.scale) };
+            format!("{what} {}{scale}", measured.label)
         }
     }
 }

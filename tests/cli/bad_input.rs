@@ -132,8 +132,8 @@ fn wrong_brdfs_are_refused_by_line_and_field() {
 fn wrong_meshes_are_refused_by_line() {
     try_all(&[
         ("no file key", Material("file = \"plane.obj\"\n", ""), 2, &["m.toml:4: geometry.file", "required"]),
-        ("a mesh that is not there", Material("plane.obj", "plain.obj"), 2, &["plain.obj", "no such file"]),
-        ("a mesh that is a folder", Wrong::Folder("plane.obj"), 2, &["plane.obj", "folder"]),
+        ("a mesh that is not there", Material("plane.obj", "plain.obj"), 2, &["m.toml:6: geometry.file", "no file \"plain.obj\""]),
+        ("a mesh that is a folder", Wrong::Folder("plane.obj"), 2, &["m.toml:6: geometry.file", "\"plane.obj\" is a folder"]),
         ("no period", Material("period = [1.0, 1.0]\n", ""), 2, &["m.toml:4: geometry.period", "required"]),
         ("a period of 0", Material("[1.0, 1.0]", "[1.0, 0.0]"), 2, &["m.toml:7: geometry.period", "0.0", "from 0.000001 to 1000000"]),
         ("one period", Material("[1.0, 1.0]", "1.0"), 2, &["m.toml:7: geometry.period", "1.0 is a float", "2 numbers"]),

@@ -9,7 +9,7 @@ use support::{Folder, MATERIAL, PLANE, project};
 /// All commands, in the order of the work.
 const COMMANDS: [&str; 11] = ["new", "check", "eval", "bake", "render", "study", "fold", "capture", "fit", "cache", "edit"];
 /// Those that say that they are not built yet.
-const LATER: [&str; 8] = ["bake", "render", "study", "fold", "capture", "fit", "cache", "edit"];
+const LATER: [&str; 7] = ["render", "study", "fold", "capture", "fit", "cache", "edit"];
 /// Set to write `docs/commands.md` anew in place of comparing it.
 const UPDATE: &str = "BISCALE_UPDATE_DOCS";
 
@@ -91,14 +91,46 @@ fn without_arguments_the_help_is_shown_as_an_error() {
 }
 
 #[test]
-fn a_new_file_is_a_good_one() {
+fn a_new_file_of_every_kind_is_a_good_one() {
     let folder = Folder::new();
     folder.write("surface.obj", PLANE);
-    let said = folder.run(["new", "mesh", "new.toml"]);
-    assert_eq!(said.status, 0, "{}", said.stderr);
-    assert!(said.stderr.contains("new.toml") && said.stdout.is_empty(), "{}", said.stderr);
+    for kind in ["grooves", "pyramids", "rods", "weave", "mesh"] {
+        let file = format!("{kind}.toml");
+        let said = folder.run(["new", kind, &file]);
+        assert_eq!(said.status, 0, "{}", said.stderr);
+        assert!(said.stderr.contains(&file) && said.stdout.is_empty(), "{}", said.stderr);
+        let said = folder.run(["check", &file]);
+        assert_eq!(said.status, 0, "{}", said.stderr);
+        assert!(said.stdout.starts_with(&format!("{file}: ok\n")), "{}", said.stdout);
+        assert!(!said.stdout.contains("warning"), "{}", said.stdout);
+    }
+}
+
+#[test]
+fn a_new_height_field_asks_for_its_image() {
+    let folder = Folder::new();
+    assert_eq!(folder.run(["new", "height-field", "new.toml"]).status, 0);
     let said = folder.run(["check", "new.toml"]);
-    assert_eq!(said.status, 0, "{}", said.stderr);
+    assert_eq!(said.status, 2);
+    assert!(said.stderr.contains("geometry.file: there is no file \"heights.png\""), "{}", said.stderr);
+}
+
+#[test]
+fn check_warns_of_what_a_brdf_does_not_keep() {
+    let folder = Folder::new();
+    let lambert = "{ model = \"lambert\", albedo = 0.5 }";
+    for (brdf, words) in [
+        ("{ model = \"blinn-phong\", specular = 1.0, exponent = 5 }", &["largest directional albedo", "times the light"][..]),
+        ("{ model = \"cook-torrance\", diffuse = 0.7, specular = 0.7, alpha = 0.3 }", &["diffuse + specular reach 1.4"]),
+        ("{ model = \"measured\", name = \"gold-metallic-paint\" }", &["built-in fit gold-metallic-paint", "neural fit"]),
+    ] {
+        folder.write("m.toml", MATERIAL.replace(lambert, brdf));
+        let said = folder.run(["check", "m.toml"]);
+        assert_eq!(said.status, 0, "{}", said.stderr);
+        for word in words {
+            assert!(said.stdout.contains(word), "no {word:?} in:\n{}", said.stdout);
+        }
+    }
 }
 
 #[test]
