@@ -1,144 +1,321 @@
 //! The direct method: facets shared by all pairs, visibility for exactly the wanted directions, direct sums.
 //!
-//! Facets are added in blocks that double their number until the estimated error meets the tolerance; sums made so far are kept.
+//! How many samples a tolerance needs is found by trying: 2,048 spread by area; if those leave much to do, a pilot run of 8,192 shows where
+//! samples are worth most, and these are doubled, sums made so far being kept, until the estimated error meets the tolerance. Long
+//! lists of pairs try this on a part of the list.
 
 use super::demand::Demand;
+use super::estimate::{self, PairSums, Spread};
 use super::importance::{self, Known};
-use super::lobes::{self, Lobe};
-use super::sums::{self, PairSums};
+use super::prepared::{self, BATCH, Batch, Prepared, Tracer};
 use super::{Control, Effective, Quality, Summary, Value};
 use crate::brdf::Brdf;
 use crate::direction::Pair;
-use crate::error::{Error, Result};
-use crate::facets::{self, Density, Facets, Runs, SETS, Surface};
+use crate::error::{BadInput, Result};
+use crate::facets::{Runs, SETS};
 use crate::low_discrepancy::hash;
-use crate::material::{SmallScale, Tint};
-use crate::visibility::rays::{Occlusion, PeriodicBvh};
-use crate::visibility::{Bits, raster};
-use glam::DVec3;
-use rayon::prelude::*;
+use crate::material::SmallScale;
+use std::fmt;
 use std::ops::Range;
-use std::sync::OnceLock;
 
-/// Fewest samples: below this the spread of eight sets says little.
+/// Fewest samples without a budget: below this the spread of eight sets says little.
 pub const MIN_SAMPLES: u32 = 2048;
+/// Fewest samples with one.
+const MIN_BUDGET_SAMPLES: u32 = 256;
 /// Most samples.
 pub const MAX_SAMPLES: u32 = 1 << 22;
-/// Samples traced and summed at once: their bits and positions are all that is held.
-const BATCH: u32 = 1 << 16;
-/// To keep a tolerance, stop when this times the estimate is within it: an estimate is within 1.5 of its own true error in
-/// most runs only (`numerics.md`, section 3.6).
-const SAFETY: f64 = 1.5;
-
-/// Sums so far: for each pair, and for each direction, a value a set.
-#[derive(Default)]
-struct Accumulated {
-    samples: u32,
-    pairs: Vec<PairSums>,
-    area: Vec<[f64; SETS]>,
-}
-
-/// Halves of the sets, side by side, become the first four sets; the other four come from `new`.
-fn merge<T: Copy>(old: &[T; SETS], new: &[T; SETS], add: impl Fn(T, T) -> T) -> [T; SETS] {
-    std::array::from_fn(|r| if r < SETS / 2 { add(old[2 * r], old[2 * r + 1]) } else { add(new[2 * r - SETS], new[2 * r - SETS + 1]) })
-}
-
+/// Most bytes of visibility bits that a long list keeps.
+const MAX_BITS: usize = 256 << 20;
+/// Longer lists of distinct pairs choose the number of samples on a part of so many.
+const LONG: usize = 1 << 15;
+/// The part of a long list.
+const PART: usize = 1 << 11;
 /// Samples after which, if many more are needed, they go where a pilot run of as many finds them worth most.
 const PILOT_SAMPLES: u32 = 8192;
 /// Stretches of the surface that the pilot run tells apart.
 const STRETCHES: usize = 1024;
+/// To keep a tolerance, stop when this times the estimate is within it: an estimate is within 1.5 of its own true error in
+/// most runs only (`numerics.md`, section 3.6).
+const SAFETY: f64 = 1.5;
+/// Share of a budget that may be planned for: clocks and predictions are rough.
+const PLANNED: f64 = 0.85;
 
-/// All that a run holds.
-struct Run<'a> {
-    small: &'a SmallScale,
-    surface: Surface,
-    rays: OnceLock<Result<PeriodicBvh>>,
-    demand: Demand,
-    tasks: Vec<Range<usize>>,
-    lobes: Vec<Vec<Lobe<'a>>>,
-    density: Density,
-    seed: u32,
-    control: Control<'a>,
-    /// Seconds of each stage.
-    seconds: [f64; 4],
+/// All that fixes the bits of a run beside its seed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Plan {
+    /// Samples to start with.
+    start: u32,
+    /// How often their number is doubled.
+    doublings: u32,
+    /// Whether they go where a pilot run finds them worth most.
+    weighted: bool,
 }
 
-/// Names of the stages.
-const STAGES: [&str; 4] = ["prepare", "facets", "visibility", "sums"];
-
-pub(super) fn direct(small: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
-    let start = (control.clock)();
-    let surface = Surface::new(small);
-    // Tables need not be reciprocal; every model is.
-    let symmetric = !small.surfaces.iter().any(|s| matches!(s.brdf, Brdf::Measured(_)));
-    let demand = Demand::new(pairs, symmetric);
-    let lobes = small.surfaces.iter().map(|s| {
-        let tint = if let Tint::Uniform(tint) = s.tint { tint } else { [1.0; 3] };
-        lobes::lobes(&s.brdf, tint)
-    });
-    let mut run = Run {
-        small,
-        rays: OnceLock::new(),
-        lobes: lobes.collect(),
-        density: Density::uniform(&surface),
-        tasks: demand.tasks(),
-        seed: hash(hash(quality.seed as u32) ^ (quality.seed >> 32) as u32),
-        control: *control,
-        seconds: [0.0; 4],
-        demand,
-        surface,
-    };
-    run.seconds[0] = (control.clock)() - start;
-    let mut step = Step::Fresh(MIN_SAMPLES);
-    let mut weighted = false;
-    let mut total = Accumulated::default();
-    loop {
-        let pilot;
-        (total, pilot) = match step {
-            Step::Fresh(samples) => run.block(0, samples)?,
-            Step::Double => {
-                let (new, _) = run.block(total.samples, total.samples)?;
-                (total.merge(&new), None)
-            }
-        };
-        let (values, relative_rms) = finish(&total, &run.demand, pairs);
-        let wanted = needed(total.samples, SAFETY * relative_rms / quality.tolerance);
-        if SAFETY * relative_rms <= quality.tolerance || total.samples == MAX_SAMPLES {
-            let summary = Summary {
-                method: "direct",
-                plan: format!("direct:{}", total.samples),
-                facets: total.samples as usize,
-                clusters: total.samples as usize,
-                directions: run.demand.directions.len(),
-                stages: STAGES.iter().zip(run.seconds).map(|(&name, seconds)| (name, 1e3 * seconds)).collect(),
-                relative_rms,
-                notes: Vec::new(),
-            };
-            return Ok(Effective { values, summary });
-        }
-        step = if weighted || wanted <= 2 * total.samples {
-            Step::Double
-        } else if total.samples < PILOT_SAMPLES {
-            Step::Fresh(wanted.min(PILOT_SAMPLES))
-        } else {
-            let (facets, bits) = pilot.expect("a pilot run fits one batch");
-            run.weigh(&facets, &bits, &values);
-            weighted = true;
-            // Weighted samples are worth two to four others.
-            Step::Fresh((wanted / 4).max(PILOT_SAMPLES))
-        };
+impl fmt::Display for Plan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "direct:{}x{}{}", self.start, 1_u32 << self.doublings, if self.weighted { ":weighted" } else { "" })
     }
 }
 
-/// What to do next.
-enum Step {
-    /// Start again with this many samples.
-    Fresh(u32),
-    /// Add as many as there are.
-    Double,
+impl Plan {
+    /// Reads what `Display` writes.
+    fn parse(text: &str) -> Result<Self, BadInput> {
+        let bad = || {
+            BadInput::new(format!("\"{text}\" is not a plan"), "write one as a summary prints it, such as \"direct:8192x4:weighted\"")
+                .at_field("--plan")
+        };
+        let rest = text.strip_prefix("direct:").ok_or_else(bad)?;
+        let (numbers, weighted) = rest.strip_suffix(":weighted").map_or((rest, false), |numbers| (numbers, true));
+        let (start, factor) = numbers.split_once('x').ok_or_else(bad)?;
+        let number = |word: &str| word.parse::<u32>().ok().filter(|n| n.is_power_of_two()).ok_or_else(bad);
+        let (start, factor) = (number(start)?, number(factor)?);
+        let most = u64::from(MAX_SAMPLES);
+        if start < SETS as u32 * 8 || u64::from(start) * u64::from(factor) > most {
+            return Err(BadInput::new(
+                format!("the plan \"{text}\" asks for {} samples", u64::from(start) * u64::from(factor)),
+                format!("write from 64 to {most}"),
+            )
+            .at_field("--plan"));
+        }
+        Ok(Self { start, doublings: factor.trailing_zeros(), weighted })
+    }
+
+    fn samples(self) -> u32 {
+        self.start << self.doublings
+    }
 }
 
-/// Samples, a power of two, that bring an error down by `factor`: it falls with the samples to about this power (measured, .63 to .8).
+/// Sums so far: for each pair, and for each direction, a value a set.
+struct Accumulated {
+    samples: u32,
+    pairs: Vec<PairSums>,
+    areas: Vec<[f64; SETS]>,
+}
+
+/// A run of the method over a list that is not long.
+struct Run<'a> {
+    small: &'a SmallScale,
+    tracer: Tracer<'a>,
+    pairs: &'a [Pair],
+    demand: Demand,
+    tasks: Vec<Range<usize>>,
+    control: Control<'a>,
+    /// Seconds of the stages: preparation, facets, visibility, sums.
+    seconds: [f64; 4],
+}
+
+/// Values, their relative RMS error, and how they were made.
+struct Outcome {
+    values: Vec<Value>,
+    relative_rms: f64,
+    plan: Plan,
+}
+
+pub(super) fn direct(small: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
+    let began = (control.clock)();
+    // Tables need not be reciprocal; every model is.
+    let symmetric = !small.surfaces.iter().any(|s| matches!(s.brdf, Brdf::Measured(_)));
+    let demand = Demand::new(pairs, symmetric);
+    let directions = demand.directions.len();
+    #[expect(clippy::cast_possible_truncation, reason = "both halves of the seed are used")]
+    let seed = hash(hash(quality.seed as u32) ^ (quality.seed >> 32) as u32);
+    let tracer = Tracer::new(small, seed, control);
+    let part: Vec<Pair>;
+    let long = demand.pairs.len() > LONG;
+    let (tried, part_demand) = if long {
+        part = pairs.iter().step_by(pairs.len().div_ceil(PART)).copied().collect();
+        (&part[..], Demand::new(&part, symmetric))
+    } else {
+        (pairs, demand.clone())
+    };
+    let tasks = part_demand.tasks();
+    let mut run = Run { small, tracer, pairs: tried, demand: part_demand, tasks, control: *control, seconds: [0.0; 4] };
+    run.seconds[0] = (control.clock)() - began;
+    let spent = || (control.clock)() - began;
+    let plan = quality.plan.as_deref().map(Plan::parse).transpose()?;
+    let mut outcome = match plan {
+        Some(plan) => run.repeat(plan)?,
+        // On a part of a list the budget must leave time for the whole.
+        None => run.adapt(quality, &spent, if long { 0.25 } else { 1.0 })?,
+    };
+    let mut notes = Vec::new();
+    if long {
+        outcome = run.whole(pairs, demand, outcome.plan, quality, &spent)?;
+    }
+    if quality.plan.is_none() && SAFETY * outcome.relative_rms > quality.tolerance {
+        let why = if quality.budget.is_some() {
+            "the budget is spent"
+        } else {
+            "more samples would not fit the memory that this method allows itself"
+        };
+        notes.push(format!("the tolerance of {} is not met: {why}", quality.tolerance));
+    }
+    let lost = run.tracer.lost();
+    if lost > 0 {
+        let asked = f64::from(outcome.plan.samples()) * directions as f64;
+        let share = lost as f64 / asked;
+        outcome.relative_rms = outcome.relative_rms.hypot(share);
+        notes.push(format!("{lost} rays ({:.2e} of all) passed 65,536 periods without an answer and count as free", share));
+    }
+    let names = ["prepare", "facets", "visibility", "sums"];
+    let samples = outcome.plan.samples() as usize;
+    let summary = Summary {
+        method: "direct",
+        plan: outcome.plan.to_string(),
+        facets: samples,
+        clusters: samples,
+        directions,
+        stages: names.into_iter().zip(run.seconds.map(|s| 1e3 * s)).collect(),
+        relative_rms: outcome.relative_rms,
+        notes,
+    };
+    Ok(Effective { values: outcome.values, summary })
+}
+
+impl<'a> Run<'a> {
+    /// Finds the samples that a tolerance needs, or a budget allows; `share` of the budget is for this.
+    fn adapt(&mut self, quality: &Quality, spent: &dyn Fn() -> f64, share: f64) -> Result<Outcome> {
+        let budget = quality.budget.map(|b| b * PLANNED * share);
+        let start = if budget.is_some() { MIN_BUDGET_SAMPLES } else { MIN_SAMPLES };
+        let mut plan = Plan { start, doublings: 0, weighted: false };
+        let mut block_began = spent();
+        let (mut total, mut batch) = self.block(0, start)?;
+        loop {
+            let per_sample = (spent() - block_began) / f64::from(total.samples >> u32::from(plan.doublings > 0));
+            let (values, relative_rms) = self.values(&total);
+            let wanted = needed(total.samples, SAFETY * relative_rms / quality.tolerance);
+            (self.control.progress)("samples", f64::from(total.samples) / f64::from(wanted.max(total.samples)));
+            let affordable = |samples: u32| budget.is_none_or(|b| spent() + per_sample * f64::from(samples) <= b);
+            if SAFETY * relative_rms <= quality.tolerance || total.samples == MAX_SAMPLES || !affordable(total.samples) {
+                return Ok(Outcome { values, relative_rms, plan });
+            }
+            block_began = spent();
+            let fresh = if plan.weighted || wanted <= 2 * total.samples {
+                None
+            } else if total.samples == PILOT_SAMPLES && plan.doublings == 0 {
+                self.weigh(&batch.take().expect("a pilot run fits one batch"), &values);
+                plan.weighted = true;
+                // Weighted samples are worth two to four others.
+                Some((wanted / 4).max(PILOT_SAMPLES))
+            } else if total.samples <= PILOT_SAMPLES {
+                Some(wanted.min(PILOT_SAMPLES))
+            } else {
+                None
+            };
+            match fresh.filter(|&samples| affordable(samples)) {
+                Some(samples) => {
+                    (total, batch) = self.block(0, samples)?;
+                    plan = Plan { start: samples, doublings: 0, ..plan };
+                }
+                // A density that was just chosen must not be mixed with the one before.
+                None if fresh.is_some() && plan.weighted && plan.doublings == 0 => {
+                    return Ok(Outcome { values, relative_rms, plan: Plan { weighted: false, ..plan } });
+                }
+                None => {
+                    total = total.merge(&self.block(total.samples, total.samples)?.0);
+                    plan.doublings += 1;
+                }
+            }
+        }
+    }
+
+    /// Does what a plan says.
+    fn repeat(&mut self, plan: Plan) -> Result<Outcome> {
+        if plan.weighted {
+            let (total, batch) = self.block(0, PILOT_SAMPLES)?;
+            let (values, _) = self.values(&total);
+            self.weigh(&batch.expect("a pilot run fits one batch"), &values);
+        }
+        let (mut total, _) = self.block(0, plan.start)?;
+        for _ in 0..plan.doublings {
+            total = total.merge(&self.block(total.samples, total.samples)?.0);
+        }
+        let (values, relative_rms) = self.values(&total);
+        Ok(Outcome { values, relative_rms, plan })
+    }
+
+    /// The whole of a long list, with the density, and at first the number of samples, that its part found.
+    fn whole(&mut self, pairs: &[Pair], demand: Demand, plan: Plan, quality: &Quality, spent: &dyn Fn() -> f64) -> Result<Outcome> {
+        let most = (MAX_BITS * 8 / demand.directions.len().max(1)).clamp(MIN_SAMPLES as usize, MAX_SAMPLES as usize);
+        let most = u32::try_from(most).map_or(MAX_SAMPLES, |m| 1 << m.ilog2());
+        let mut samples = plan.samples().min(most);
+        if let (Some(budget), None) = (quality.budget, &quality.plan) {
+            // What a sample costs here, from what it cost on the part.
+            let tried = f64::from(plan.samples());
+            let [_, facets, visibility, sums] = self.seconds;
+            let directions = demand.directions.len() as f64 / self.demand.directions.len().max(1) as f64;
+            let longer = demand.pairs.len() as f64 / self.demand.pairs.len().max(1) as f64;
+            let per_sample = (facets + visibility * directions + sums * longer) / tried;
+            while samples > MIN_BUDGET_SAMPLES && spent() + per_sample * f64::from(samples) > PLANNED * budget {
+                samples /= 2;
+            }
+        }
+        let mut demand = Some(demand);
+        loop {
+            let list = demand.take().expect("put back below");
+            let prepared = Prepared::new(&self.tracer, pairs, list, samples)?;
+            let summing = spent();
+            let (values, relative_rms) = prepared.evaluate(&self.small.surfaces, &self.control)?;
+            let [facets, visibility] = prepared.seconds();
+            for (stage, seconds) in self.seconds[1..].iter_mut().zip([facets, visibility, spent() - summing]) {
+                *stage += seconds;
+            }
+            let met = SAFETY * relative_rms <= quality.tolerance;
+            if met || quality.budget.is_some() || quality.plan.is_some() || 2 * samples > most {
+                return Ok(Outcome { values, relative_rms, plan: Plan { start: samples, doublings: 0, ..plan } });
+            }
+            samples *= 2;
+            demand = Some(prepared.into_demand());
+        }
+    }
+
+    /// Sums of the samples `start..start + length`; and the batch, if it is one.
+    fn block(&mut self, start: u32, length: u32) -> Result<(Accumulated, Option<Batch>)> {
+        let lobes = prepared::surface_lobes(&self.small.surfaces);
+        let mut sums = Accumulated {
+            samples: start + length,
+            pairs: vec![[[0.0; 3]; SETS]; self.demand.pairs.len()],
+            areas: vec![[0.0; SETS]; self.demand.directions.len()],
+        };
+        let parts = length.div_ceil(BATCH);
+        let mut last = None;
+        for part in 0..parts {
+            let batch = self.tracer.batch(Runs::of_block(start, length, part, parts), &self.demand.directions)?;
+            let began = (self.control.clock)();
+            prepared::add_areas(&batch, &self.demand, &mut sums.areas);
+            prepared::add_pairs(&batch, &self.demand, &self.tasks, &lobes, &mut sums.pairs);
+            let summed = (self.control.clock)() - began;
+            for (stage, seconds) in self.seconds[1..].iter_mut().zip([batch.seconds[0], batch.seconds[1], summed]) {
+                *stage += seconds;
+            }
+            last = Some(batch);
+        }
+        Ok((sums, last.filter(|_| parts == 1)))
+    }
+
+    /// Chooses where further samples go, by a pilot run whose values were `values`.
+    fn weigh(&mut self, pilot: &Batch, values: &[Value]) {
+        let lobes = prepared::surface_lobes(&self.small.surfaces);
+        let known = |k: usize| Known { q: values[k].fbar.iter().sum::<f64>() / 3.0, a: values[k].av };
+        let importance = importance::importance(&pilot.facets, &pilot.bits, &self.demand, &lobes, known, STRETCHES);
+        self.tracer.density = self.tracer.density.weighted(&importance);
+    }
+
+    /// Values, and their relative RMS error.
+    fn values(&self, sums: &Accumulated) -> (Vec<Value>, f64) {
+        let mut spread = Spread::default();
+        let one = |(wanted, pair): (&Option<super::demand::Wanted>, &Pair)| {
+            let Some(wanted) = wanted else { return Value::default() };
+            let area = &sums.areas[wanted.viewer as usize];
+            estimate::value(&sums.pairs[wanted.pair as usize], area, sums.samples, pair.wi.z, &mut spread)
+        };
+        let mut values: Vec<Value> = self.demand.wanted.iter().zip(self.pairs).map(one).collect();
+        prepared::correct(&mut values, &spread);
+        (values, spread.relative_rms())
+    }
+}
+
+/// Samples, a power of two, that bring an error down by `factor`: it falls with the samples to about this power (measured: .63 to .8).
 fn needed(samples: u32, factor: f64) -> u32 {
     const RATE: f64 = 0.75;
     let wanted = f64::from(samples) * factor.max(1.0).powf(1.0 / RATE);
@@ -147,184 +324,51 @@ fn needed(samples: u32, factor: f64) -> u32 {
     wanted.next_power_of_two()
 }
 
-impl Run<'_> {
-    /// Sums of the samples `start..start + length`; and facets and bits, if they fit one batch.
-    fn block(&mut self, start: u32, length: u32) -> Result<(Accumulated, Option<(Facets, Bits)>)> {
-        let mut sums = Accumulated {
-            samples: start + length,
-            pairs: vec![[[0.0; 3]; SETS]; self.demand.pairs.len()],
-            area: vec![[0.0; SETS]; self.demand.directions.len()],
-        };
-        let batches = length.div_ceil(BATCH);
-        let mut last = None;
-        for part in 0..batches {
-            let (facets, bits) = self.batch(Runs::of_block(start, length, part, batches))?;
-            let before = (self.control.clock)();
-            add(&facets, &bits, &self.demand, &self.tasks, &self.lobes, &mut sums);
-            self.seconds[3] += (self.control.clock)() - before;
-            last = Some((facets, bits));
-        }
-        Ok((sums, last.filter(|_| batches == 1)))
-    }
-
-    /// Facets and what they see.
-    fn batch(&mut self, runs: Runs) -> Result<(Facets, Bits)> {
-        self.control.check()?;
-        let clock = self.control.clock;
-        let start = clock();
-        let facets = facets::sample(self.small, &self.surface, &self.density, runs, self.seed);
-        let sampled = clock();
-        let bits = self.see(&facets)?;
-        self.seconds[1] += sampled - start;
-        self.seconds[2] += clock() - sampled;
-        Ok((facets, bits))
-    }
-
-    /// Chooses where further samples go, by a pilot run over `facets` whose values were `values`.
-    fn weigh(&mut self, facets: &Facets, bits: &Bits, values: &[Value]) {
-        let known = |k: usize| Known { q: values[k].fbar.iter().sum::<f64>() / 3.0, a: values[k].av };
-        let importance = importance::importance(facets, bits, &self.demand, &self.lobes, known, STRETCHES);
-        self.density = self.density.weighted(&importance);
-    }
-
-    /// Visibility of the facets in all directions: by projection, or by rays where the projection spans too many periods.
-    fn see(&self, facets: &Facets) -> Result<Bits> {
-        let words = facets.triangle.len() / 64;
-        let mut rows = vec![0; words * self.demand.directions.len()];
-        let far = |w: DVec3| raster::reach(&self.surface, w) > raster::MAX_REACH;
-        if self.demand.directions.iter().any(|&w| far(w)) {
-            if let Err(error) = self.rays.get_or_init(|| PeriodicBvh::new(&self.small.tile)) {
-                return Err(Error::Numeric(error.to_string()));
-            }
-        }
-        rows.par_chunks_mut(words.max(1)).zip(&self.demand.directions).for_each_init(
-            raster::Scratch::default,
-            |scratch, (row, &direction)| {
-                if self.control.check().is_err() {
-                    return;
-                }
-                match self.rays.get() {
-                    Some(Ok(rays)) if far(direction) => trace(&self.surface, rays, facets, direction, row),
-                    _ => raster::visible(&self.surface, facets, direction, scratch, row),
-                }
-            },
-        );
-        self.control.check()?;
-        Ok(Bits { words, rows })
-    }
-}
-
-/// Visibility of the facets in one direction by rays.
-fn trace(surface: &Surface, rays: &PeriodicBvh, facets: &Facets, direction: DVec3, row: &mut [u64]) {
-    for (f, (&triangle, &position)) in facets.triangle.iter().zip(&facets.position).enumerate() {
-        if triangle != facets::NO_TRIANGLE && surface.normals[triangle as usize].dot(direction) > 0.0 {
-            let origin = position * surface.unit;
-            let seen = rays.occluded(surface.tile_triangle[triangle as usize] as usize, origin, direction) != Occlusion::Blocked;
-            row[f / 64] |= u64::from(seen) << (f % 64);
-        }
-    }
-}
-
 impl Accumulated {
-    /// Sums of these samples and of as many new ones.
+    /// Sums of these samples and of as many new ones: neighbouring sets are united, so that each stays a run of the sequence.
     fn merge(&self, new: &Self) -> Self {
+        fn unite<T: Copy>(old: &[T; SETS], new: &[T; SETS], add: impl Fn(T, T) -> T) -> [T; SETS] {
+            let half = |sets: &[T; SETS], r: usize| add(sets[2 * r], sets[2 * r + 1]);
+            std::array::from_fn(|r| if r < SETS / 2 { half(old, r) } else { half(new, r - SETS / 2) })
+        }
         let add = |a: [f64; 3], b: [f64; 3]| [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
         Self {
             samples: new.samples,
-            pairs: self.pairs.iter().zip(&new.pairs).map(|(a, b)| merge(a, b, add)).collect(),
-            area: self.area.iter().zip(&new.area).map(|(a, b)| merge(a, b, |x, y| x + y)).collect(),
+            pairs: self.pairs.iter().zip(&new.pairs).map(|(a, b)| unite(a, b, add)).collect(),
+            areas: self.areas.iter().zip(&new.areas).map(|(a, b)| unite(a, b, |x, y| x + y)).collect(),
         }
     }
 }
 
-fn add(facets: &Facets, bits: &Bits, demand: &Demand, tasks: &[Range<usize>], lobes: &[Vec<Lobe<'_>>], out: &mut Accumulated) {
-    out.area.par_iter_mut().zip(&demand.directions).enumerate().for_each(|(d, (area, &direction))| {
-        for (sum, new) in area.iter_mut().zip(sums::visible_area(facets, direction, bits.row(d))) {
-            *sum += new;
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plan_reads_as_it_is_written() {
+        for plan in [Plan { start: 2048, doublings: 0, weighted: false }, Plan { start: 8192, doublings: 3, weighted: true }] {
+            assert_eq!(Plan::parse(&plan.to_string()).unwrap(), plan);
         }
-    });
-    let mut rest = &mut out.pairs[..];
-    let mut slices = Vec::with_capacity(tasks.len());
-    for task in tasks {
-        let (slice, after) = rest.split_at_mut(task.len());
-        slices.push(slice);
-        rest = after;
+        for text in [
+            "",
+            "direct",
+            "direct:7x1",
+            "direct:8192x3",
+            "direct:8192x1:heavy",
+            "sg:8192x1",
+            "direct:4194304x2",
+            "direct:-8x1",
+            "direct:99999999999x1",
+        ] {
+            let error = Plan::parse(text).unwrap_err().to_string();
+            assert!(error.contains("--plan") && error.contains(text), "{error}");
+        }
     }
-    slices.into_par_iter().zip(tasks).for_each(|(slice, task)| sums::add_pairs(facets, bits, demand, task.clone(), lobes, slice));
-}
 
-/// Values with standard errors, and the relative RMS error.
-fn finish(sums: &Accumulated, demand: &Demand, pairs: &[Pair]) -> (Vec<Value>, f64) {
-    let n = f64::from(sums.samples);
-    let set = |v: f64| v * SETS as f64 / n;
-    let mut spread = [0.0; 3];
-    let mut energy = 0.0;
-    let values: Vec<Value> = demand
-        .wanted
-        .iter()
-        .zip(pairs)
-        .map(|(wanted, pair)| {
-            let Some(wanted) = wanted else { return Value::default() };
-            let s = sums.pairs[wanted.pair as usize];
-            let a = sums.area[wanted.viewer as usize].map(set);
-            let mean_a = a.iter().sum::<f64>() / SETS as f64;
-            let mut value = Value { av: mean_a, ..Value::default() };
-            let cos = pair.wi.z.max(crate::direction::MIN_COSINE);
-            for c in 0..3 {
-                let s: [f64; SETS] = std::array::from_fn(|r| set(s[r][c]));
-                let mean_s = s.iter().sum::<f64>() / SETS as f64;
-                let q = if mean_a > 0.0 { mean_s / mean_a } else { 0.0 };
-                let d: [f64; SETS] = std::array::from_fn(|r| s[r] - q * a[r]);
-                let variances = [spread_of(&d, 1), spread_of(&d, 2), spread_of(&d, 4)];
-                if mean_a > 0.0 {
-                    for (sum, v) in spread.iter_mut().zip(variances) {
-                        *sum += v / (mean_a * mean_a);
-                    }
-                    value.se[c] = variances[0].sqrt() / mean_a;
-                }
-                energy += q * q;
-                value.s[c] = mean_s;
-                value.fbar[c] = q;
-                value.fhat[c] = q / cos;
-                value.s_se[c] = spread_of(&s, 1).sqrt();
-            }
-            value
-        })
-        .collect();
-    let factor = falls(spread);
-    let mut values = values;
-    for v in &mut values {
-        v.se = v.se.map(|x| x * factor);
-        v.s_se = v.s_se.map(|x| x * factor);
+    #[test]
+    fn more_samples_are_asked_for_where_more_error_must_go() {
+        assert_eq!(needed(2048, 0.5), 2048);
+        assert_eq!(needed(2048, 2.0), 8192);
+        assert_eq!(needed(2048, f64::INFINITY), MAX_SAMPLES);
     }
-    let rms = spread[0].sqrt() * factor;
-    (values, if energy > 0.0 { rms / energy.sqrt() } else { rms })
-}
-
-/// Variance of the mean of the sets, from the spread of groups of `size` of them.
-fn spread_of(d: &[f64; SETS], size: usize) -> f64 {
-    let groups = SETS / size;
-    let mean = d.iter().sum::<f64>() / SETS as f64;
-    let squares: f64 = d.chunks_exact(size).map(|g| (g.iter().sum::<f64>() / size as f64 - mean).powi(2)).sum();
-    squares / (groups * (groups - 1)) as f64
-}
-
-/// How much smaller the error is than eight independent sets would make it.
-fn falls(spread: [f64; 3]) -> f64 {
-    if spread.iter().any(|&s| s <= 0.0) {
-        return 1.0;
-    }
-    // A line through the logarithms at 8, 4 and 2 groups, weighted by their degrees of freedom, continued to the whole.
-    let y = spread.map(f64::ln);
-    let w = [7.0, 3.0, 1.0];
-    let total: f64 = w.iter().sum();
-    let mean_x = (w[1] + 2.0 * w[2]) / total;
-    let mean_y = (w[0] * y[0] + w[1] * y[1] + w[2] * y[2]) / total;
-    let (mut xy, mut xx) = (0.0, 0.0);
-    for k in 0..3 {
-        xy += w[k] * (k as f64 - mean_x) * (y[k] - mean_y);
-        xx += w[k] * (k as f64 - mean_x).powi(2);
-    }
-    let slope = (xy / xx).clamp(-std::f64::consts::LN_2, 0.0);
-    (1.5 * slope).exp()
 }

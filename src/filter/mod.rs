@@ -5,8 +5,10 @@
 
 mod demand;
 mod direct;
+mod estimate;
 mod importance;
 mod lobes;
+pub mod prepared;
 mod reference;
 mod sums;
 

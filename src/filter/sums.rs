@@ -9,6 +9,7 @@
 //! threads and any width of the machine's registers.
 
 use super::demand::Demand;
+use super::estimate::PairSums;
 use super::lobes::{Half, Lanes, Lobe, Shape, Side};
 use crate::brdf::Measured;
 use crate::facets::{Facets, LANES, SETS};
@@ -23,9 +24,6 @@ const BLOCK_CHUNKS: usize = 32;
 const BLOCK: usize = BLOCK_CHUNKS * LANES;
 /// Blocks after which sums in f32 are added to sums in f64, so that no addend gets lost.
 const FLUSH_BLOCKS: usize = 64;
-
-/// Sums of a pair: RGB for each set.
-pub type PairSums = [[f64; 3]; SETS];
 
 /// One block of facets as one direction sees it.
 pub struct View {

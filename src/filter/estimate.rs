@@ -1,0 +1,134 @@
+//! Values and their standard errors from the sums of eight interleaved sets of facets.
+//!
+//! With `S_r` and `a_r = av_r/A` per set and `q = mean S / mean a`, the spread of `S_r - q a_r` gives the standard error that eight
+//! independent sets would have (`numerics.md`, section 3.6). The sets share one low-discrepancy sequence and err less together; by how
+//! much is read off the spread of pairs and of fours of them, pooled over all values: see [`Spread::correction`].
+
+use super::Value;
+use crate::direction::MIN_COSINE;
+use crate::facets::SETS;
+
+/// Sums of a pair: RGB for each set.
+pub type PairSums = [[f64; 3]; SETS];
+
+/// Squared deviations, pooled over values, of eight sets, of four pairs of sets, and of two fours of them; and the squared values.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Spread {
+    groups: [f64; 3],
+    energy: f64,
+}
+
+/// The value of a pair whose light's direction has z component `cos_i`, from sums over `samples` samples; its standard errors are
+/// those of independent sets. Adds to `spread`.
+pub fn value(s: &PairSums, area: &[f64; SETS], samples: u32, cos_i: f64, spread: &mut Spread) -> Value {
+    let scale = SETS as f64 / f64::from(samples);
+    let a = area.map(|a| a * scale);
+    let mean_a = a.iter().sum::<f64>() / SETS as f64;
+    let mut value = Value { av: mean_a, ..Value::default() };
+    for c in 0..3 {
+        let s: [f64; SETS] = std::array::from_fn(|r| s[r][c] * scale);
+        value.s[c] = s.iter().sum::<f64>() / SETS as f64;
+        value.s_se[c] = variance_of_mean(&s, 1).sqrt();
+        if mean_a > 0.0 {
+            let q = value.s[c] / mean_a;
+            let residual: [f64; SETS] = std::array::from_fn(|r| (s[r] - q * a[r]) / mean_a);
+            for (sum, size) in spread.groups.iter_mut().zip([1, 2, 4]) {
+                *sum += variance_of_mean(&residual, size);
+            }
+            spread.energy += q * q;
+            value.fbar[c] = q;
+            value.fhat[c] = q / cos_i.max(MIN_COSINE);
+            value.se[c] = variance_of_mean(&residual, 1).sqrt();
+        }
+    }
+    value
+}
+
+/// Variance of the mean of all sets, from the spread of the means of groups of `size` neighbouring sets.
+fn variance_of_mean(sets: &[f64; SETS], size: usize) -> f64 {
+    let groups = SETS / size;
+    let mean = sets.iter().sum::<f64>() / SETS as f64;
+    let squares: f64 = sets.chunks_exact(size).map(|g| (g.iter().sum::<f64>() / size as f64 - mean).powi(2)).sum();
+    squares / (groups * (groups - 1)) as f64
+}
+
+impl Spread {
+    /// Factor, at most 1, from the standard error of independent sets to that of sets that share a sequence.
+    ///
+    /// Were the sets independent, groups of any size would tell the same variance of the mean. Where the error of a sequence falls
+    /// faster than that of random samples, larger groups tell less: a line through the logarithms of the three variances, weighted by
+    /// their degrees of freedom, is continued by one more doubling, to all eight sets. Its slope is held between that of random
+    /// samples and one half a doubling, an error that falls as 1/samples: noise must not promise more.
+    pub fn correction(&self) -> f64 {
+        /// Degrees of freedom of eight, four and two groups.
+        const WEIGHTS: [f64; 3] = [7.0, 3.0, 1.0];
+        if self.groups.iter().any(|&g| g <= 0.0) {
+            return 1.0;
+        }
+        let y = self.groups.map(f64::ln);
+        let total: f64 = WEIGHTS.iter().sum();
+        let mean_x = (WEIGHTS[1] + 2.0 * WEIGHTS[2]) / total;
+        let mean_y = (0..3).map(|k| WEIGHTS[k] * y[k]).sum::<f64>() / total;
+        let (mut xy, mut xx) = (0.0, 0.0);
+        for k in 0..3 {
+            let x = k as f64 - mean_x;
+            xy += WEIGHTS[k] * x * (y[k] - mean_y);
+            xx += WEIGHTS[k] * x * x;
+        }
+        let slope = (xy / xx).clamp(-std::f64::consts::LN_2, 0.0);
+        // Three doublings from one set to all eight; half of it for a standard error.
+        (1.5 * slope).exp()
+    }
+
+    /// Relative RMS error of the values, or the absolute one if all are 0.
+    pub fn relative_rms(&self) -> f64 {
+        let error = self.groups[0].sqrt() * self.correction();
+        if self.energy > 0.0 { error / self.energy.sqrt() } else { error }
+    }
+
+    /// The spread of these values and others.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self { groups: std::array::from_fn(|k| self.groups[k] + other.groups[k]), energy: self.energy + other.energy }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn independent_sets_give_the_textbook_standard_error() {
+        let mut sums = [[0.0; 3]; SETS];
+        for (r, s) in sums.iter_mut().enumerate() {
+            *s = [r as f64; 3];
+        }
+        let mut spread = Spread::default();
+        // Means 0..8 over an area of exactly 1: standard deviation of 0..8 over the root of 8.
+        let value = value(&sums, &[1.0; SETS], SETS as u32, 1.0, &mut spread);
+        assert!((value.fbar[0] - 3.5).abs() < 1e-12);
+        assert!((value.se[0] - (6.0_f64 / 8.0).sqrt()).abs() < 1e-12, "{}", value.se[0]);
+    }
+
+    #[test]
+    fn noise_that_area_and_sum_share_cancels() {
+        let area = [1.0, 1.1, 0.9, 1.05, 0.95, 1.2, 0.8, 1.0];
+        let value = value(&area.map(|a| [0.3 * a; 3]), &area, SETS as u32, 1.0, &mut Spread::default());
+        assert!((value.fbar[1] - 0.3).abs() < 1e-12 && value.se[1] < 1e-12, "{value:?}");
+    }
+
+    #[test]
+    fn nothing_visible_is_zero_and_not_nan() {
+        let value = value(&[[0.0; 3]; SETS], &[0.0; SETS], 2048, 0.0, &mut Spread::default());
+        assert_eq!(value, Value::default());
+    }
+
+    #[test]
+    fn the_correction_lies_between_random_samples_and_one_over_samples() {
+        let spread = |groups| Spread { groups, energy: 1.0 };
+        assert_eq!(spread([1.0, 1.2, 1.5]).correction(), 1.0);
+        assert!((spread([1.0, 0.5, 0.25]).correction() - 0.125_f64.sqrt()).abs() < 1e-12);
+        assert!((spread([1.0, 0.1, 0.01]).correction() - 0.125_f64.sqrt()).abs() < 1e-12);
+        assert_eq!(spread([0.0; 3]).correction(), 1.0);
+    }
+}

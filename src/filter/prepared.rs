@@ -1,0 +1,234 @@
+//! Facets of a surface and what they see, kept for a list of pairs: all that stays the same when only its materials change.
+
+use super::demand::Demand;
+use super::estimate::{self, PairSums, Spread};
+use super::lobes::{self, Lobe};
+use super::sums;
+use super::{Control, Value};
+use crate::brdf::Brdf;
+use crate::direction::Pair;
+use crate::error::{Error, Result};
+use crate::facets::{self, Density, Facets, Runs, SETS, Surface};
+use crate::material::{self, SmallScale, Tint};
+use crate::visibility::rays::{Occlusion, PeriodicBvh};
+use crate::visibility::{Bits, raster};
+use glam::DVec3;
+use rayon::prelude::*;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Samples of a batch: their bits and positions are what is held at once.
+pub const BATCH: u32 = 1 << 16;
+/// Pairs whose sums are held at once when a long list is evaluated: 192 bytes each.
+const GROUP_PAIRS: usize = 1 << 17;
+
+/// What turns samples into facets that know what they see.
+pub struct Tracer<'a> {
+    small: &'a SmallScale,
+    /// The surface in the form that sampling and visibility use.
+    pub surface: Surface,
+    rays: OnceLock<Result<PeriodicBvh>>,
+    /// Where samples go.
+    pub density: Density,
+    /// Seed of the samples.
+    pub seed: u32,
+    control: Control<'a>,
+    /// Rays that were followed through as many periods as rays are, and counted as free.
+    lost: AtomicUsize,
+}
+
+/// Facets, and the bits of some directions.
+pub struct Batch {
+    /// The facets.
+    pub facets: Facets,
+    /// One row a direction.
+    pub bits: Bits,
+    /// Seconds that sampling and visibility took.
+    pub seconds: [f64; 2],
+}
+
+impl<'a> Tracer<'a> {
+    /// For a surface, with samples spread by area.
+    pub fn new(small: &'a SmallScale, seed: u32, control: &Control<'a>) -> Self {
+        let surface = Surface::new(small);
+        let density = Density::uniform(&surface);
+        Self { small, surface, rays: OnceLock::new(), density, seed, control: *control, lost: AtomicUsize::new(0) }
+    }
+
+    /// Rays so far that were lost among the periods and counted as free.
+    pub fn lost(&self) -> usize {
+        self.lost.load(Ordering::Relaxed)
+    }
+
+    /// Facets of some samples, and what they see of `directions`.
+    pub fn batch(&self, runs: Runs, directions: &[DVec3]) -> Result<Batch> {
+        self.control.check()?;
+        let clock = self.control.clock;
+        let start = clock();
+        let facets = facets::sample(self.small, &self.surface, &self.density, runs, self.seed);
+        let sampled = clock();
+        let bits = self.see(&facets, directions)?;
+        Ok(Batch { facets, bits, seconds: [sampled - start, clock() - sampled] })
+    }
+
+    /// Visibility: by projection, or by rays where the projection spans too many periods.
+    fn see(&self, facets: &Facets, directions: &[DVec3]) -> Result<Bits> {
+        let words = facets.triangle.len() / 64;
+        let mut rows = vec![0; words * directions.len()];
+        let far = |w: DVec3| raster::reach(&self.surface, w) > raster::MAX_REACH;
+        if directions.iter().any(|&w| far(w)) {
+            if let Err(error) = self.rays.get_or_init(|| PeriodicBvh::new(&self.small.tile)) {
+                return Err(Error::Numeric(error.to_string()));
+            }
+        }
+        rows.par_chunks_mut(words.max(1)).zip(directions).for_each_init(raster::Scratch::default, |scratch, (row, &direction)| {
+            if self.control.check().is_err() {
+                return;
+            }
+            match self.rays.get() {
+                Some(Ok(rays)) if far(direction) => self.trace(rays, facets, direction, row),
+                _ => raster::visible(&self.surface, facets, direction, scratch, row),
+            }
+        });
+        self.control.check()?;
+        Ok(Bits { words, rows })
+    }
+
+    /// Visibility of the facets in one direction by rays.
+    fn trace(&self, rays: &PeriodicBvh, facets: &Facets, direction: DVec3, row: &mut [u64]) {
+        let surface = &self.surface;
+        for (f, (&triangle, &position)) in facets.triangle.iter().zip(&facets.position).enumerate() {
+            if triangle != facets::NO_TRIANGLE && surface.normals[triangle as usize].dot(direction) > 0.0 {
+                let seen = match rays.occluded(surface.tile_triangle[triangle as usize] as usize, position * surface.unit, direction) {
+                    Occlusion::Blocked => false,
+                    Occlusion::Free => true,
+                    Occlusion::GaveUp => {
+                        self.lost.fetch_add(1, Ordering::Relaxed);
+                        true
+                    }
+                };
+                row[f / 64] |= u64::from(seen) << (f % 64);
+            }
+        }
+    }
+}
+
+/// Lobes of each surface, tinted.
+pub fn surface_lobes(surfaces: &[material::Surface]) -> Vec<Vec<Lobe<'_>>> {
+    let of = |s: &'_ material::Surface| if let Tint::Uniform(tint) = s.tint { tint } else { [1.0; 3] };
+    surfaces.iter().map(|s| lobes::lobes(&s.brdf, of(s))).collect()
+}
+
+/// Adds the sums over a batch of visible area, one element a direction.
+pub fn add_areas(batch: &Batch, demand: &Demand, areas: &mut [[f64; SETS]]) {
+    areas.par_iter_mut().zip(&demand.directions).enumerate().for_each(|(d, (area, &direction))| {
+        for (sum, new) in area.iter_mut().zip(sums::visible_area(&batch.facets, direction, batch.bits.row(d))) {
+            *sum += new;
+        }
+    });
+}
+
+/// Adds the sums over a batch of the pairs of `tasks`, a run of [`Demand::tasks`], one element a pair.
+pub fn add_pairs(batch: &Batch, demand: &Demand, tasks: &[std::ops::Range<usize>], lobes: &[Vec<Lobe<'_>>], mut sums: &mut [PairSums]) {
+    let mut slices = Vec::with_capacity(tasks.len());
+    for task in tasks {
+        let (slice, rest) = sums.split_at_mut(task.len());
+        slices.push(slice);
+        sums = rest;
+    }
+    slices
+        .into_par_iter()
+        .zip(tasks)
+        .for_each(|(slice, task)| sums::add_pairs(&batch.facets, &batch.bits, demand, task.clone(), lobes, slice));
+}
+
+/// Facets that know what they see, for a list of pairs. After an edit of materials only [`Prepared::evaluate`] must run again.
+pub struct Prepared<'a> {
+    pairs: &'a [Pair],
+    demand: Demand,
+    batches: Vec<Batch>,
+    areas: Vec<[f64; SETS]>,
+    samples: u32,
+}
+
+impl<'a> Prepared<'a> {
+    /// `samples` samples of a surface, a power of two from 64, spread by area, and what they see of the directions of `pairs`.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`] when `control` asks to stop.
+    pub fn by_area(small: &SmallScale, pairs: &'a [Pair], samples: u32, seed: u32, control: &Control<'_>) -> Result<Self> {
+        let symmetric = !small.surfaces.iter().any(|s| matches!(s.brdf, Brdf::Measured(_)));
+        Self::new(&Tracer::new(small, seed, control), pairs, Demand::new(pairs, symmetric), samples)
+    }
+
+    /// The first `samples` samples of `tracer` and what they see; `demand` is that of `pairs`.
+    pub(super) fn new(tracer: &Tracer<'_>, pairs: &'a [Pair], demand: Demand, samples: u32) -> Result<Self> {
+        let parts = samples.div_ceil(BATCH);
+        let batches: Result<Vec<Batch>> =
+            (0..parts).map(|part| tracer.batch(Runs::of_block(0, samples, part, parts), &demand.directions)).collect();
+        let batches = batches?;
+        let mut areas = vec![[0.0; SETS]; demand.directions.len()];
+        for batch in &batches {
+            add_areas(batch, &demand, &mut areas);
+        }
+        Ok(Self { pairs, demand, batches, areas, samples })
+    }
+
+    /// Gives the demand back, for another number of samples.
+    pub(super) fn into_demand(self) -> Demand {
+        self.demand
+    }
+
+    /// Seconds that sampling and visibility took.
+    pub(super) fn seconds(&self) -> [f64; 2] {
+        self.batches.iter().fold([0.0; 2], |s, b| [s[0] + b.seconds[0], s[1] + b.seconds[1]])
+    }
+
+    /// Values of the pairs, in their order, with corrected standard errors, and their relative RMS error, under `surfaces`: those of the
+    /// small-scale surface, with other BRDFs or uniform tints.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`] when `control` asks to stop.
+    pub fn evaluate(&self, surfaces: &[material::Surface], control: &Control<'_>) -> Result<(Vec<Value>, f64)> {
+        let lobes = surface_lobes(surfaces);
+        let tasks = self.demand.tasks();
+        // Places of the list by pair, so that a group of pairs fills in its values and is forgotten.
+        let mut order: Vec<u32> = (0_u32..).take(self.pairs.len()).filter(|&k| self.demand.wanted[k as usize].is_some()).collect();
+        let pair_of = |k: u32| self.demand.wanted[k as usize].expect("filtered above").pair as usize;
+        order.sort_by_key(|&k| pair_of(k));
+        let mut values = vec![Value::default(); self.pairs.len()];
+        let mut spread = Spread::default();
+        let (mut next_task, mut next_place) = (0, 0);
+        while next_task < tasks.len() {
+            control.check()?;
+            let first = tasks[next_task].start;
+            let end = next_task + tasks[next_task..].partition_point(|t| t.end <= first + GROUP_PAIRS).max(1);
+            let group = &tasks[next_task..end];
+            let last = group[group.len() - 1].end;
+            let mut sums = vec![[[0.0; 3]; SETS]; last - first];
+            for batch in &self.batches {
+                add_pairs(batch, &self.demand, group, &lobes, &mut sums);
+            }
+            while next_place < order.len() && pair_of(order[next_place]) < last {
+                let k = order[next_place] as usize;
+                let wanted = self.demand.wanted[k].expect("filtered above");
+                let area = &self.areas[wanted.viewer as usize];
+                values[k] = estimate::value(&sums[wanted.pair as usize - first], area, self.samples, self.pairs[k].wi.z, &mut spread);
+                next_place += 1;
+            }
+            (control.progress)("sums", last as f64 / self.demand.pairs.len() as f64);
+            next_task = end;
+        }
+        correct(&mut values, &spread);
+        Ok((values, spread.relative_rms()))
+    }
+}
+
+/// Applies [`Spread::correction`] to the standard errors of values.
+pub fn correct(values: &mut [Value], spread: &Spread) {
+    let factor = spread.correction();
+    for value in values {
+        value.se = value.se.map(|se| se * factor);
+        value.s_se = value.s_se.map(|se| se * factor);
+    }
+}
