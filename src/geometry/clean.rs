@@ -55,7 +55,15 @@ impl Tile {
         let rotated: Vec<[u32; 3]> = self
             .triangles
             .iter()
-            .map(|&[a, b, c]| if a <= b && a <= c { [a, b, c] } else if b <= c { [b, c, a] } else { [c, a, b] })
+            .map(|&[a, b, c]| {
+                if a <= b && a <= c {
+                    [a, b, c]
+                } else if b <= c {
+                    [b, c, a]
+                } else {
+                    [c, a, b]
+                }
+            })
             .collect();
         // Triangles sorted by their smallest corner by counting: equal ones lie within a few of each other.
         let mut starts = vec![0_usize; self.vertices.len() + 1];
