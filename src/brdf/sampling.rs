@@ -142,22 +142,12 @@ impl Lobe {
 mod tests {
     use super::super::tests::{above, every_model};
     use super::*;
-
-    /// Radical inverse of `index` in base 2 or 3.
-    fn halton(mut index: u32, base: u32) -> f64 {
-        let (mut value, mut digit) = (0.0, 1.0);
-        while index > 0 {
-            digit /= f64::from(base);
-            value += digit * f64::from(index % base);
-            index /= base;
-        }
-        value
-    }
+    use crate::low_discrepancy::{fraction, sobol_3d};
 
     /// `count` samples for a known direction at `theta`.
     fn samples(brdf: &Brdf, theta: f64, count: u32) -> (DVec3, Vec<Option<(DVec3, f64)>>) {
         let known = above(theta, 0.7);
-        let draw = |k| brdf.sample(DVec3::Z, known, [(f64::from(k) + 0.5) / f64::from(count), halton(k, 2), halton(k, 3)]);
+        let draw = |k| brdf.sample(DVec3::Z, known, sobol_3d(k, 1).map(fraction));
         (known, (0..count).map(draw).collect())
     }
 

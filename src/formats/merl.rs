@@ -36,9 +36,7 @@ pub struct Merl {
 /// # Errors
 /// [`crate::Error::BadInput`] as [`parse`] says and for a missing file; [`crate::Error::Io`].
 pub fn read(path: &Path) -> Result<Merl> {
-    // One byte more than a table has: a longer file is refused by `parse`, with the same words as a shorter one.
-    let limit = FILE_BYTES as u64;
-    let bytes = read_bounded(path, limit, &format!("a MERL table has {FILE_BYTES} bytes"))?;
+    let bytes = read_bounded(path, FILE_BYTES as u64, &format!("a MERL table has {FILE_BYTES} bytes"))?;
     parse(&bytes).map_err(|bad| Error::from(bad.in_file(path)))
 }
 
@@ -143,6 +141,8 @@ mod tests {
         assert!(read(&path).expect_err("there is none").to_string().contains("x.binary: there is no such file"));
         std::fs::File::create(&path).unwrap().set_len(1 << 40).unwrap();
         assert!(read(&path).expect_err("a terabyte").to_string().contains("1099511627776 bytes"));
+        #[cfg(unix)]
+        assert!(read(Path::new("/dev/zero")).expect_err("an endless file").to_string().contains("the file has over 34992012 bytes"));
     }
 
     proptest! {

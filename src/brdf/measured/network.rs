@@ -15,8 +15,8 @@ use crate::error::BadInput;
 
 /// Units of the two hidden layers.
 const UNITS: usize = 21;
-/// `UNITS` rounded up to whole vectors; the rest stays 0.
-const LANES: usize = 24;
+/// `UNITS` rounded up to whole vectors of up to 16 lanes; the rest stays 0.
+const LANES: usize = 32;
 /// Numbers of a network as it is shipped: 6 x 21 + 21, 21 x 21 + 21, 21 x 3 + 3.
 const NUMBERS: usize = 6 * UNITS + UNITS + UNITS * UNITS + UNITS + UNITS * 3 + 3;
 /// Within this share of sin θd of the plane of incidence, φd counts as in the plane: there it changes sides by rounding.
@@ -121,6 +121,7 @@ impl pulp::WithSimd for Forward<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, simd: S) -> [f32; 3] {
+        const { assert!(LANES.is_multiple_of(S::F32_LANES), "a row of weights is whole vectors") };
         let Network { w1, b1, w2, b2, w3, b3 } = self.network;
         let vectors = |row: &[f32; LANES], v: usize| S::as_simd_f32s(row).0[v];
         let zero = simd.splat_f32s(0.0);
