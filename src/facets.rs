@@ -11,6 +11,7 @@
 //! - sorted along the first coordinate, the p-th samples of the eight sets lie in the same stretch of the surface. They are
 //!   stored side by side: lane `l` of the sums belongs to set `l mod 8`, and neighbouring lanes see nearly the same.
 
+use crate::clusters::{Cluster, clusters};
 use crate::low_discrepancy::{fraction, sobol_2d};
 use crate::material::{SmallScale, Tint};
 use glam::{DVec2, DVec3, Vec3};
@@ -42,6 +43,10 @@ pub struct Surface {
     pub tile_triangle: Vec<u32>,
     /// For each triangle the surface that covers it.
     pub surface: Vec<u16>,
+    /// For each triangle its group.
+    pub group: Vec<u32>,
+    /// The groups that the triangles are sorted by.
+    pub groups: Vec<Group>,
     /// Unit normals.
     pub normals: Vec<DVec3>,
     /// Areas.
@@ -52,6 +57,24 @@ pub struct Surface {
     pub height: f64,
     /// Whether the surface has no boundary: each edge has its reverse, in this tile or the next.
     pub closed: bool,
+}
+
+/// Triangles whose facets are stored together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Group {
+    /// What covers them.
+    pub surface: u16,
+    /// The cluster that they are, or `None` for all triangles of a surface.
+    pub cluster: Option<Cluster>,
+}
+
+/// How triangles are clustered: the largest spread of slopes in a cluster of each surface, and the most clusters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Clustering {
+    /// Standard deviation of slopes, one a surface.
+    pub spread: Vec<f64>,
+    /// Most clusters of all surfaces; if more are needed, there are none.
+    pub most: usize,
 }
 
 /// Facets, structure of arrays. All arrays have the same length, a multiple of [`ALIGNMENT`].
@@ -69,15 +92,15 @@ pub struct Facets {
     pub along: Vec<f32>,
     /// Components of the tint, where a surface has an image of them.
     pub tint: Option<[Vec<f32>; 3]>,
-    /// For each surface its facets.
+    /// For each group its facets.
     pub ranges: Vec<Range<usize>>,
     /// Samples, without those that only fill up.
     pub samples: usize,
 }
 
 impl Surface {
-    /// Scales and sorts the triangles of a tile.
-    pub fn new(small: &SmallScale) -> Self {
+    /// Scales and sorts the triangles of a tile, and clusters them by normal if that is wanted and takes few enough clusters.
+    pub fn new(small: &SmallScale, clustering: Option<&Clustering>) -> Self {
         let tile = &small.tile;
         let unit = tile.period.max_element();
         let vertices: Vec<DVec3> = tile.vertices.iter().map(|v| *v / unit).collect();
@@ -89,12 +112,21 @@ impl Surface {
         };
         let low = vertices.iter().copied().fold(DVec3::INFINITY, DVec3::min);
         let extent = (vertices.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max) - low).max_element().max(f64::MIN_POSITIVE);
+        let (normals, areas): (Vec<DVec3>, Vec<f64>) = tile.triangles.iter().map(normal_and_area).unzip();
+        let found = clustering.and_then(|c| clusters(&normals, &areas, &small.surface_of_triangle, &c.spread, c.most));
+        let (groups, group) = match found {
+            Some((clusters, group)) => (clusters.into_iter().map(|c| Group { surface: c.surface, cluster: Some(c) }).collect(), group),
+            None => {
+                let groups = (0..).take(small.surfaces.len()).map(|surface| Group { surface, cluster: None }).collect();
+                (groups, small.surface_of_triangle.iter().map(|&s| u32::from(s)).collect())
+            }
+        };
         let mut order: Vec<(u64, u32)> = (0_u32..)
             .zip(&tile.triangles)
             .map(|(i, t)| {
                 let centre = (t.iter().map(|&v| vertices[v as usize]).sum::<DVec3>() / 3.0 - low) / extent;
-                let surface = u64::from(small.surface_of_triangle[i as usize]);
-                (surface << 48 | u64::from(normal_bin(normal_and_area(t).0)) << 30 | u64::from(morton(centre)), i)
+                let key = u64::from(group[i as usize]) << 35 | u64::from(normal_bin(normals[i as usize])) << 30;
+                (key | u64::from(morton(centre)), i)
             })
             .collect();
         order.sort_unstable();
@@ -106,19 +138,20 @@ impl Surface {
         top_down.sort_by(|&a, &b| tops[b as usize].total_cmp(&tops[a as usize]));
         let used = || triangles.iter().flatten().map(|&v| vertices[v as usize].z);
         let height = used().fold(f64::NEG_INFINITY, f64::max) - used().fold(f64::INFINITY, f64::min);
-        let (normals, areas) = triangles.iter().map(normal_and_area).unzip();
         Self {
             unit,
             period: tile.period / unit,
             top_down,
             height: height.max(0.0),
             closed: is_closed(&vertices, &triangles, tile.period / unit),
+            group: order.iter().map(|o| group[o.1 as usize]).collect(),
+            groups,
             surface: order.iter().map(|o| small.surface_of_triangle[o.1 as usize]).collect(),
             tile_triangle: order.iter().map(|o| o.1).collect(),
             vertices,
+            normals: order.iter().map(|o| normals[o.1 as usize]).collect(),
+            areas: order.iter().map(|o| areas[o.1 as usize]).collect(),
             triangles,
-            normals,
-            areas,
         }
     }
 
@@ -290,7 +323,6 @@ pub fn sample(small: &SmallScale, surface: &Surface, density: &Density, runs: Ru
     for (set, start) in runs.starts.into_iter().enumerate() {
         for t in start..start + runs.rows {
             let [first, second] = sobol_2d(t, seed);
-            #[expect(clippy::cast_possible_truncation, reason = "a 32-bit fraction times a row count")]
             let row = ((u64::from(first) * rows as u64) >> 32) as usize;
             let (triangle, along, weight, place) = density.locate(fraction(first));
             let barycentric = surface.barycentric(triangle, along, fraction(second));
@@ -301,21 +333,20 @@ pub fn sample(small: &SmallScale, surface: &Surface, density: &Density, runs: Ru
             *slot = Sample { triangle, barycentric, weight, place };
         }
     }
-    let surfaces = small.surfaces.len();
-    let surface_of = |row: &[Sample], s: usize| row.iter().any(|f| usize::from(surface.surface[f.triangle as usize]) == s);
+    let holds = |row: &[Sample], g: u32| row.iter().any(|f| surface.group[f.triangle as usize] == g);
     let mut facets = Facets { samples, ..Facets::default() };
     let tinted = small.surfaces.iter().any(|s| matches!(s.tint, Tint::Image(_)));
     facets.tint = tinted.then(Default::default);
     let mut next = 0;
-    for s in 0..surfaces {
+    for g in (0..).take(surface.groups.len()) {
         let start = facets.triangle.len();
-        // A row at the seam of two surfaces is looked at for both.
-        while next > 0 && surface_of(&table[(next - 1) * SETS..next * SETS], s) {
+        // A row at the seam of two groups is looked at for both.
+        while next > 0 && holds(&table[(next - 1) * SETS..next * SETS], g) {
             next -= 1;
         }
-        while next < rows && surface_of(&table[next * SETS..(next + 1) * SETS], s) {
+        while next < rows && holds(&table[next * SETS..(next + 1) * SETS], g) {
             for sample in &table[next * SETS..(next + 1) * SETS] {
-                let mine = usize::from(surface.surface[sample.triangle as usize]) == s;
+                let mine = surface.group[sample.triangle as usize] == g;
                 facets.push(small, surface, mine.then_some(sample));
             }
             next += 1;

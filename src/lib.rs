@@ -19,6 +19,8 @@
 //! ```
 
 pub mod brdf;
+pub mod bvndf;
+pub mod clusters;
 pub mod direction;
 pub mod effective;
 pub mod error;

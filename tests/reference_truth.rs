@@ -1,5 +1,7 @@
 //! The reference method against effective BRDFs that an independent path tracer has computed (`tests/data/truth/README.md`).
 
+#![allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic")]
+
 use biscale::direction::Pair;
 use biscale::filter::{Control, Effective, Method, Quality, effective};
 use biscale::material::Material;

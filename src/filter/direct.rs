@@ -7,14 +7,15 @@
 use super::demand::Demand;
 use super::estimate::{self, PairSums, Spread};
 use super::importance::{self, Known};
-use super::prepared::{self, BATCH, Batch, Prepared, Tracer};
+use super::prepared::{self, BATCH, Batch, Materials, Prepared, Tracer};
 use super::{Control, Effective, Quality, Summary, Value};
 use crate::brdf::Brdf;
+use crate::clusters::SPREAD_PER_ALPHA;
 use crate::direction::Pair;
 use crate::error::{BadInput, Result};
-use crate::facets::{Runs, SETS};
+use crate::facets::{Clustering, Runs, SETS};
 use crate::low_discrepancy::hash;
-use crate::material::SmallScale;
+use crate::material::{SmallScale, Surface, Tint};
 use std::fmt;
 use std::ops::Range;
 
@@ -39,6 +40,15 @@ const STRETCHES: usize = 1024;
 const SAFETY: f64 = 1.5;
 /// Share of a budget that may be planned for: clocks and predictions are rough.
 const PLANNED: f64 = 0.85;
+
+/// Most clusters: of a surface that needs more, each facet is summed by itself. A cluster fills up words of 64 facets.
+const MOST_CLUSTERS: usize = 64;
+/// The same for long lists, which take more samples.
+const MOST_CLUSTERS_LONG: usize = 256;
+/// Pairs on which the bias of clusters is measured (`numerics.md`, section 3.6).
+const BIAS_PAIRS: usize = 256;
+/// Share of a tolerance that this bias may take.
+const BIAS_SHARE: f64 = 0.3;
 
 /// All that fixes the bits of a run beside its seed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,9 +129,10 @@ pub(super) fn direct(small: &SmallScale, pairs: &[Pair], quality: &Quality, cont
     let directions = demand.directions.len();
     #[expect(clippy::cast_possible_truncation, reason = "both halves of the seed are used")]
     let seed = hash(hash(quality.seed as u32) ^ (quality.seed >> 32) as u32);
-    let tracer = Tracer::new(small, seed, control);
-    let part: Vec<Pair>;
     let long = demand.pairs.len() > LONG;
+    let clustering = clustering(small, if long { MOST_CLUSTERS_LONG } else { MOST_CLUSTERS });
+    let tracer = Tracer::new(small, clustering.as_ref(), seed, control);
+    let part: Vec<Pair>;
     let (tried, part_demand) = if long {
         part = pairs.iter().step_by(pairs.len().div_ceil(PART)).copied().collect();
         (&part[..], Demand::new(&part, symmetric))
@@ -130,6 +141,13 @@ pub(super) fn direct(small: &SmallScale, pairs: &[Pair], quality: &Quality, cont
     };
     let tasks = part_demand.tasks();
     let mut run = Run { small, tracer, pairs: tried, demand: part_demand, tasks, control: *control, seconds: [0.0; 4] };
+    // Clusters of unequal normals are a model, whose error must leave room for that of the samples.
+    let mut bias = run.cluster_bias()?;
+    if bias > BIAS_SHARE * quality.tolerance {
+        let equal_normals = clustering.map(|c| Clustering { spread: vec![0.0; c.spread.len()], ..c });
+        run.tracer = Tracer::new(small, equal_normals.as_ref(), seed, control);
+        bias = 0.0;
+    }
     run.seconds[0] = (control.clock)() - began;
     let spent = || (control.clock)() - began;
     let plan = quality.plan.as_deref().map(Plan::parse).transpose()?;
@@ -150,6 +168,16 @@ pub(super) fn direct(small: &SmallScale, pairs: &[Pair], quality: &Quality, cont
         };
         notes.push(format!("the tolerance of {} is not met: {why}", quality.tolerance));
     }
+    if bias > 0.0 {
+        outcome.relative_rms = outcome.relative_rms.hypot(bias);
+        for value in &mut outcome.values {
+            for c in 0..3 {
+                value.se[c] = value.se[c].hypot(bias * value.fbar[c]);
+                value.s_se[c] = value.s_se[c].hypot(bias * value.s[c]);
+            }
+        }
+        notes.push(format!("clusters of unequal normals err by {bias:.1e}, relative RMS; the errors include it"));
+    }
     let lost = run.tracer.lost();
     if lost > 0 {
         let asked = f64::from(outcome.plan.samples()) * directions as f64;
@@ -163,7 +191,7 @@ pub(super) fn direct(small: &SmallScale, pairs: &[Pair], quality: &Quality, cont
         method: "direct",
         plan: outcome.plan.to_string(),
         facets: samples,
-        clusters: samples,
+        clusters: if run.tracer.is_clustered() { run.tracer.surface.groups.len() } else { samples },
         directions,
         stages: names.into_iter().zip(run.seconds.map(|s| 1e3 * s)).collect(),
         relative_rms: outcome.relative_rms,
@@ -190,7 +218,7 @@ impl<'a> Run<'a> {
                 return Ok(Outcome { values, relative_rms, plan });
             }
             block_began = spent();
-            let fresh = if plan.weighted || wanted <= 2 * total.samples {
+            let fresh = if plan.weighted || wanted <= 2 * total.samples || self.tracer.is_clustered() {
                 None
             } else if total.samples == PILOT_SAMPLES && plan.doublings == 0 {
                 self.weigh(&batch.take().expect("a pilot run fits one batch"), &values);
@@ -272,6 +300,7 @@ impl<'a> Run<'a> {
     /// Sums of the samples `start..start + length`; and the batch, if it is one.
     fn block(&mut self, start: u32, length: u32) -> Result<(Accumulated, Option<Batch>)> {
         let lobes = prepared::surface_lobes(&self.small.surfaces);
+        let materials = Materials::new(&self.tracer.surface.groups, &lobes, true);
         let mut sums = Accumulated {
             samples: start + length,
             pairs: vec![[[0.0; 3]; SETS]; self.demand.pairs.len()],
@@ -283,7 +312,7 @@ impl<'a> Run<'a> {
             let batch = self.tracer.batch(Runs::of_block(start, length, part, parts), &self.demand.directions)?;
             let began = (self.control.clock)();
             prepared::add_areas(&batch, &self.demand, &mut sums.areas);
-            prepared::add_pairs(&batch, &self.demand, &self.tasks, &lobes, &mut sums.pairs);
+            prepared::add_pairs(&batch, &self.demand, &self.tasks, &materials, &mut sums.pairs);
             let summed = (self.control.clock)() - began;
             for (stage, seconds) in self.seconds[1..].iter_mut().zip([batch.seconds[0], batch.seconds[1], summed]) {
                 *stage += seconds;
@@ -293,11 +322,39 @@ impl<'a> Run<'a> {
         Ok((sums, last.filter(|_| parts == 1)))
     }
 
+    /// What clusters of unequal normals cost: the relative RMS difference of `S` from sums facet by facet, over some pairs.
+    fn cluster_bias(&self) -> Result<f64> {
+        let groups = &self.tracer.surface.groups;
+        if !groups.iter().any(|g| g.cluster.is_some_and(|c| c.covariance != [0.0; 3])) {
+            return Ok(0.0);
+        }
+        let some: Vec<Pair> = self.pairs.iter().step_by(self.pairs.len().div_ceil(BIAS_PAIRS).max(1)).copied().collect();
+        let demand = Demand::new(&some, false);
+        let batch = self.tracer.batch(Runs::of_block(0, MIN_SAMPLES, 0, 1), &demand.directions)?;
+        let lobes = prepared::surface_lobes(&self.small.surfaces);
+        let sums = |by_clusters| {
+            let mut sums = vec![[[0.0; 3]; SETS]; demand.pairs.len()];
+            prepared::add_pairs(&batch, &demand, &demand.tasks(), &Materials::new(groups, &lobes, by_clusters), &mut sums);
+            sums
+        };
+        let (by_clusters, by_facets) = (sums(true), sums(false));
+        let total = |s: &PairSums, c: usize| s.iter().map(|set| set[c]).sum::<f64>();
+        let (mut difference, mut energy) = (0.0, 0.0);
+        for (a, b) in by_clusters.iter().zip(&by_facets) {
+            for c in 0..3 {
+                difference += (total(a, c) - total(b, c)).powi(2);
+                energy += total(b, c).powi(2);
+            }
+        }
+        Ok(if energy > 0.0 { (difference / energy).sqrt() } else { 0.0 })
+    }
+
     /// Chooses where further samples go, by a pilot run whose values were `values`.
     fn weigh(&mut self, pilot: &Batch, values: &[Value]) {
         let lobes = prepared::surface_lobes(&self.small.surfaces);
         let known = |k: usize| Known { q: values[k].fbar.iter().sum::<f64>() / 3.0, a: values[k].av };
-        let importance = importance::importance(&pilot.facets, &pilot.bits, &self.demand, &lobes, known, STRETCHES);
+        let importance =
+            importance::importance(&pilot.facets, &pilot.bits, &self.demand, &self.tracer.surface.groups, &lobes, known, STRETCHES);
         self.tracer.density = self.tracer.density.weighted(&importance);
     }
 
@@ -313,6 +370,18 @@ impl<'a> Run<'a> {
         prepared::correct(&mut values, &spread);
         (values, spread.relative_rms())
     }
+}
+
+/// How the triangles may be clustered: by the narrowest lobe of each surface. `None` where an image tints each facet by itself.
+fn clustering(small: &SmallScale, most: usize) -> Option<Clustering> {
+    let uniform = small.surfaces.iter().all(|s| matches!(s.tint, Tint::Uniform(_)));
+    let spread = |s: &Surface| match &s.brdf {
+        Brdf::Lambert { .. } => SPREAD_PER_ALPHA,
+        Brdf::CookTorrance { alpha, .. } | Brdf::Ward { alpha, .. } => SPREAD_PER_ALPHA * alpha,
+        // These do not widen.
+        Brdf::BlinnPhong { .. } | Brdf::Measured(_) => 0.0,
+    };
+    uniform.then(|| Clustering { spread: small.surfaces.iter().map(spread).collect(), most })
 }
 
 /// Samples, a power of two, that bring an error down by `factor`: it falls with the samples to about this power (measured: .63 to .8).

@@ -58,10 +58,12 @@ impl Spread {
     /// Were the sets independent, groups of any size would tell the same variance of the mean. Where the error of a sequence falls
     /// faster than that of random samples, larger groups tell less: a line through the logarithms of the three variances, weighted by
     /// their degrees of freedom, is continued by one more doubling, to all eight sets. Its slope is held between that of random
-    /// samples and one half a doubling, an error that falls as 1/samples: noise must not promise more.
+    /// samples and that of an error that falls as samples^-.86, the most that was measured: noise must not promise more.
     pub fn correction(&self) -> f64 {
         /// Degrees of freedom of eight, four and two groups.
         const WEIGHTS: [f64; 3] = [7.0, 3.0, 1.0];
+        /// Change of the logarithm of the variance a doubling, beyond that of random samples: `ln(2 · 2^(-2 · .86))`.
+        const STEEPEST: f64 = -0.5;
         if self.groups.iter().any(|&g| g <= 0.0) {
             return 1.0;
         }
@@ -75,7 +77,7 @@ impl Spread {
             xy += WEIGHTS[k] * x * (y[k] - mean_y);
             xx += WEIGHTS[k] * x * x;
         }
-        let slope = (xy / xx).clamp(-std::f64::consts::LN_2, 0.0);
+        let slope = (xy / xx).clamp(STEEPEST, 0.0);
         // Three doublings from one set to all eight; half of it for a standard error.
         (1.5 * slope).exp()
     }
@@ -124,11 +126,11 @@ mod tests {
     }
 
     #[test]
-    fn the_correction_lies_between_random_samples_and_one_over_samples() {
+    fn the_correction_lies_between_random_samples_and_the_steepest_fall() {
         let spread = |groups| Spread { groups, energy: 1.0 };
         assert_eq!(spread([1.0, 1.2, 1.5]).correction(), 1.0);
-        assert!((spread([1.0, 0.5, 0.25]).correction() - 0.125_f64.sqrt()).abs() < 1e-12);
-        assert!((spread([1.0, 0.1, 0.01]).correction() - 0.125_f64.sqrt()).abs() < 1e-12);
+        assert!((spread([1.0, 0.8, 0.64]).correction() - 0.512_f64.sqrt()).abs() < 1e-12);
+        assert!((spread([1.0, 0.1, 0.01]).correction() - (-0.75_f64).exp()).abs() < 1e-12);
         assert_eq!(spread([0.0; 3]).correction(), 1.0);
     }
 }

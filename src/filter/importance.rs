@@ -8,7 +8,7 @@
 use super::demand::Demand;
 use super::lobes::{Half, Lobe};
 use super::sums::View;
-use crate::facets::{Facets, LANES};
+use crate::facets::{Facets, Group, LANES};
 use crate::simd::{self, Kernel};
 use crate::visibility::Bits;
 use glam::DVec3;
@@ -35,6 +35,7 @@ pub fn importance(
     facets: &Facets,
     bits: &Bits,
     demand: &Demand,
+    groups: &[Group],
     lobes: &[Vec<Lobe<'_>>],
     known: impl Fn(usize) -> Known + Sync,
     stretches: usize,
@@ -56,6 +57,7 @@ pub fn importance(
                     simd::run(Residuals {
                         facets,
                         start,
+                        groups,
                         lobes,
                         light: side(light),
                         viewer: side(wanted.viewer),
@@ -87,6 +89,7 @@ pub fn importance(
 struct Residuals<'a> {
     facets: &'a Facets,
     start: usize,
+    groups: &'a [Group],
     lobes: &'a [Vec<Lobe<'a>>],
     light: (DVec3, &'a [u64]),
     viewer: (DVec3, &'a [u64]),
@@ -100,11 +103,12 @@ impl Kernel for Residuals<'_> {
     #[inline(always)]
     #[expect(clippy::cast_possible_truncation, reason = "the sums are in f32")]
     fn run(self) {
-        let Self { facets, start, lobes, light, viewer, known, squares } = self;
+        let Self { facets, start, groups, lobes, light, viewer, known, squares } = self;
         let half = Half::new(light.0, viewer.0);
         let i_dot_h = light.0.dot((light.0 + viewer.0).normalize_or_zero());
         let (q, inverse_a) = (known.q as f32, (1.0 / known.a) as f32);
-        for (range, lobes) in facets.ranges.iter().zip(lobes) {
+        for (range, group) in facets.ranges.iter().zip(groups) {
+            let lobes = &lobes[usize::from(group.surface)];
             let (from, to) = (range.start.max(start), range.end.min(start + squares.len()));
             for chunk in (from..to.max(from)).step_by(LANES) {
                 let cosine_o = View::cosine(facets, chunk, viewer.0, viewer.1);

@@ -192,7 +192,8 @@ fn exp(x: f32) -> f32 {
     let shifted = y + ROUND;
     let f = y - (shifted - ROUND);
     // 2^f on -1/2..1/2 (Cephes' exp2f).
-    let p = ((((1.535_336_2e-4 * f + 1.339_887_4e-3) * f + 9.618_437e-3) * f + 5.550_332_6e-2) * f + 0.240_226_46) * f + 0.693_147_2;
+    let p =
+        ((((1.535_336_2e-4 * f + 1.339_887_4e-3) * f + 9.618_437e-3) * f + 5.550_332_6e-2) * f + 0.240_226_46) * f + std::f32::consts::LN_2;
     f32::from_bits((shifted.to_bits() << 23).wrapping_add(127 << 23)) * (p * f + 1.0)
 }
 
@@ -204,8 +205,8 @@ fn ln_1m(s: f32) -> f32 {
     let lost = ((1.0 - y) - s) / y;
     let bits = y.to_bits();
     // y = m 2^k with m in sqrt(1/2)..sqrt(2)
-    let k = ((bits.wrapping_sub(0x3f35_04f3)) as i32) >> 23;
-    let m = f32::from_bits(bits.wrapping_sub((k << 23) as u32));
+    let k = bits.wrapping_sub(0x3f35_04f3).cast_signed() >> 23;
+    let m = f32::from_bits(bits.wrapping_sub((k << 23).cast_unsigned()));
     let z = (m - 1.0) / (m + 1.0);
     let z2 = z * z;
     let ln_m = 2.0 * z * (1.0 + z2 * (0.333_333_34 + z2 * (0.2 + z2 * (0.142_857_15 + z2 * 0.117_0))));

@@ -3,6 +3,7 @@
 //! All methods are reached through [`effective`]. What a caller wants is in [`Quality`]; what it lends (a clock, a way to
 //! report progress and to be stopped) in [`Control`], so that no stage reads a global.
 
+mod cluster_sums;
 mod demand;
 mod direct;
 mod estimate;

@@ -1,19 +1,22 @@
 //! Facets of a surface and what they see, kept for a list of pairs: all that stays the same when only its materials change.
 
+use super::cluster_sums::{self, ClusteredLobe, ClusteredPair};
 use super::demand::Demand;
 use super::estimate::{self, PairSums, Spread};
-use super::lobes::{self, Lobe};
+use super::lobes::{self, Half, Lobe};
 use super::sums;
 use super::{Control, Value};
 use crate::brdf::Brdf;
+use crate::clusters::Cluster;
 use crate::direction::Pair;
 use crate::error::{Error, Result};
-use crate::facets::{self, Density, Facets, Runs, SETS, Surface};
+use crate::facets::{self, Clustering, Density, Facets, Group, Runs, SETS, Surface};
 use crate::material::{self, SmallScale, Tint};
 use crate::visibility::rays::{Occlusion, PeriodicBvh};
 use crate::visibility::{Bits, raster};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -48,11 +51,16 @@ pub struct Batch {
 }
 
 impl<'a> Tracer<'a> {
-    /// For a surface, with samples spread by area.
-    pub fn new(small: &'a SmallScale, seed: u32, control: &Control<'a>) -> Self {
-        let surface = Surface::new(small);
+    /// For a surface, with samples spread by area, its triangles clustered if that is wanted.
+    pub fn new(small: &'a SmallScale, clustering: Option<&Clustering>, seed: u32, control: &Control<'a>) -> Self {
+        let surface = Surface::new(small, clustering);
         let density = Density::uniform(&surface);
         Self { small, surface, rays: OnceLock::new(), density, seed, control: *control, lost: AtomicUsize::new(0) }
+    }
+
+    /// Whether the triangles are clustered by normal.
+    pub fn is_clustered(&self) -> bool {
+        self.surface.groups.iter().any(|g| g.cluster.is_some())
     }
 
     /// Rays so far that were lost among the periods and counted as free.
@@ -76,10 +84,10 @@ impl<'a> Tracer<'a> {
         let words = facets.triangle.len() / 64;
         let mut rows = vec![0; words * directions.len()];
         let far = |w: DVec3| raster::reach(&self.surface, w) > raster::MAX_REACH;
-        if directions.iter().any(|&w| far(w)) {
-            if let Err(error) = self.rays.get_or_init(|| PeriodicBvh::new(&self.small.tile)) {
-                return Err(Error::Numeric(error.to_string()));
-            }
+        if directions.iter().any(|&w| far(w))
+            && let Err(error) = self.rays.get_or_init(|| PeriodicBvh::new(&self.small.tile))
+        {
+            return Err(Error::Numeric(error.to_string()));
         }
         rows.par_chunks_mut(words.max(1)).zip(directions).for_each_init(raster::Scratch::default, |scratch, (row, &direction)| {
             if self.control.check().is_err() {
@@ -128,18 +136,59 @@ pub fn add_areas(batch: &Batch, demand: &Demand, areas: &mut [[f64; SETS]]) {
     });
 }
 
+/// How a batch is summed.
+pub struct Materials<'a> {
+    /// Groups of the facets.
+    pub groups: &'a [Group],
+    /// Lobes of each surface.
+    pub lobes: &'a [Vec<Lobe<'a>>],
+    /// For each surface its lobes under its clusters, if there are clusters.
+    clustered: Option<Vec<Vec<ClusteredLobe<'a>>>>,
+}
+
+impl<'a> Materials<'a> {
+    /// For groups under the lobes of each surface; by clusters if the groups are some and `by_clusters` says so.
+    pub fn new(groups: &'a [Group], lobes: &'a [Vec<Lobe<'a>>], by_clusters: bool) -> Self {
+        let of = |s: usize| -> Vec<&Cluster> {
+            groups.iter().filter(|g| usize::from(g.surface) == s).filter_map(|g| g.cluster.as_ref()).collect()
+        };
+        let clustered = (by_clusters && groups.iter().any(|g| g.cluster.is_some())).then(|| {
+            let surface = |(s, lobes): (usize, &'a Vec<Lobe<'a>>)| {
+                let clusters = of(s);
+                lobes.iter().map(|lobe| ClusteredLobe::new(lobe, &clusters)).collect()
+            };
+            lobes.iter().enumerate().map(surface).collect()
+        });
+        Self { groups, lobes, clustered }
+    }
+}
+
 /// Adds the sums over a batch of the pairs of `tasks`, a run of [`Demand::tasks`], one element a pair.
-pub fn add_pairs(batch: &Batch, demand: &Demand, tasks: &[std::ops::Range<usize>], lobes: &[Vec<Lobe<'_>>], mut sums: &mut [PairSums]) {
+pub fn add_pairs(batch: &Batch, demand: &Demand, tasks: &[Range<usize>], materials: &Materials<'_>, mut sums: &mut [PairSums]) {
     let mut slices = Vec::with_capacity(tasks.len());
     for task in tasks {
         let (slice, rest) = sums.split_at_mut(task.len());
         slices.push(slice);
         sums = rest;
     }
-    slices
-        .into_par_iter()
-        .zip(tasks)
-        .for_each(|(slice, task)| sums::add_pairs(&batch.facets, &batch.bits, demand, task.clone(), lobes, slice));
+    let (facets, bits) = (&batch.facets, &batch.bits);
+    slices.into_par_iter().zip(tasks).for_each(|(slice, task)| match &materials.clustered {
+        None => sums::add_pairs(facets, bits, demand, task.clone(), materials.groups, materials.lobes, slice),
+        Some(clustered) => {
+            // Clusters come with samples spread by area: every facet stands for the same.
+            let weight = facets.weight.iter().copied().fold(0.0, f32::max).into();
+            let words = |g: usize| facets.ranges[g].start / 64..facets.ranges[g].end / 64;
+            let of = |s: usize| (0..materials.groups.len()).filter(|&g| usize::from(materials.groups[g].surface) == s).map(words).collect();
+            let ranges: Vec<Vec<Range<usize>>> = (0..clustered.len()).map(of).collect();
+            for (&[i, o], sums) in demand.pairs[task.clone()].iter().zip(slice) {
+                let (wi, wo) = (demand.directions[i as usize], demand.directions[o as usize]);
+                let pair = ClusteredPair { wi, wo, bits: [bits.row(i as usize), bits.row(o as usize)], half: Half::new(wi, wo) };
+                for (lobes, ranges) in clustered.iter().zip(&ranges) {
+                    cluster_sums::add_clusters(&pair, ranges, lobes, weight, sums);
+                }
+            }
+        }
+    });
 }
 
 /// Facets that know what they see, for a list of pairs. After an edit of materials only [`Prepared::evaluate`] must run again.
@@ -148,6 +197,7 @@ pub struct Prepared<'a> {
     demand: Demand,
     batches: Vec<Batch>,
     areas: Vec<[f64; SETS]>,
+    groups: Vec<Group>,
     samples: u32,
 }
 
@@ -158,7 +208,7 @@ impl<'a> Prepared<'a> {
     /// [`Error::Interrupted`] when `control` asks to stop.
     pub fn by_area(small: &SmallScale, pairs: &'a [Pair], samples: u32, seed: u32, control: &Control<'_>) -> Result<Self> {
         let symmetric = !small.surfaces.iter().any(|s| matches!(s.brdf, Brdf::Measured(_)));
-        Self::new(&Tracer::new(small, seed, control), pairs, Demand::new(pairs, symmetric), samples)
+        Self::new(&Tracer::new(small, None, seed, control), pairs, Demand::new(pairs, symmetric), samples)
     }
 
     /// The first `samples` samples of `tracer` and what they see; `demand` is that of `pairs`.
@@ -171,7 +221,7 @@ impl<'a> Prepared<'a> {
         for batch in &batches {
             add_areas(batch, &demand, &mut areas);
         }
-        Ok(Self { pairs, demand, batches, areas, samples })
+        Ok(Self { pairs, demand, batches, areas, groups: tracer.surface.groups.clone(), samples })
     }
 
     /// Gives the demand back, for another number of samples.
@@ -191,6 +241,7 @@ impl<'a> Prepared<'a> {
     /// [`Error::Interrupted`] when `control` asks to stop.
     pub fn evaluate(&self, surfaces: &[material::Surface], control: &Control<'_>) -> Result<(Vec<Value>, f64)> {
         let lobes = surface_lobes(surfaces);
+        let materials = Materials::new(&self.groups, &lobes, true);
         let tasks = self.demand.tasks();
         // Places of the list by pair, so that a group of pairs fills in its values and is forgotten.
         let mut order: Vec<u32> = (0_u32..).take(self.pairs.len()).filter(|&k| self.demand.wanted[k as usize].is_some()).collect();
@@ -207,7 +258,7 @@ impl<'a> Prepared<'a> {
             let last = group[group.len() - 1].end;
             let mut sums = vec![[[0.0; 3]; SETS]; last - first];
             for batch in &self.batches {
-                add_pairs(batch, &self.demand, group, &lobes, &mut sums);
+                add_pairs(batch, &self.demand, group, &materials, &mut sums);
             }
             while next_place < order.len() && pair_of(order[next_place]) < last {
                 let k = order[next_place] as usize;

@@ -12,7 +12,7 @@ use super::demand::Demand;
 use super::estimate::PairSums;
 use super::lobes::{Half, Lanes, Lobe, Shape, Side};
 use crate::brdf::Measured;
-use crate::facets::{Facets, LANES, SETS};
+use crate::facets::{Facets, Group, LANES, SETS};
 use crate::simd::{self, Kernel};
 use crate::visibility::Bits;
 use glam::DVec3;
@@ -110,7 +110,15 @@ impl Kernel for VisibleArea<'_> {
 }
 
 /// Adds to `sums`, one element a pair of `task`, the sums over the facets of all surfaces; `lobes` holds each surface's.
-pub fn add_pairs(facets: &Facets, bits: &Bits, demand: &Demand, task: Range<usize>, lobes: &[Vec<Lobe<'_>>], sums: &mut [PairSums]) {
+pub fn add_pairs(
+    facets: &Facets,
+    bits: &Bits,
+    demand: &Demand,
+    task: Range<usize>,
+    groups: &[Group],
+    lobes: &[Vec<Lobe<'_>>],
+    sums: &mut [PairSums],
+) {
     let pairs = &demand.pairs[task];
     let mut used: Vec<u32> = pairs.iter().flatten().copied().collect();
     used.sort_unstable();
@@ -124,8 +132,8 @@ pub fn add_pairs(facets: &Facets, bits: &Bits, demand: &Demand, task: Range<usiz
         })
         .collect();
     let directions: Vec<(DVec3, &[u64])> = used.iter().map(|&d| (demand.directions[d as usize], bits.row(d as usize))).collect();
-    for (range, lobes) in facets.ranges.iter().zip(lobes) {
-        for lobe in lobes {
+    for (range, group) in facets.ranges.iter().zip(groups) {
+        for lobe in &lobes[usize::from(group.surface)] {
             simd::run(AddLobe { facets, range: range.clone(), directions: &directions, pairs: &pairs, lobe, sums });
         }
     }

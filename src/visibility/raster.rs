@@ -284,7 +284,7 @@ fn cell_at(x: f32) -> i32 {
 
 /// Marks the points that a projected triangle hides. `cells[c]` is the end of the points of cell `c`.
 #[inline(always)]
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "cells are bounded by the grid")]
+#[expect(clippy::cast_sign_loss, reason = "cells are bounded by the grid")]
 fn compare(grid: Grid, cells: &[u32], points: &mut Points, index: u32, [a, b, c]: [[f32; 3]; 3], own_bias: f32) {
     let (ab, ac) = ([b[0] - a[0], b[1] - a[1], b[2] - a[2]], [c[0] - a[0], c[1] - a[1], c[2] - a[2]]);
     let inverse = 1.0 / (ab[0] * ac[1] - ab[1] * ac[0]);

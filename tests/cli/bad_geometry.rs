@@ -1,5 +1,7 @@
 //! Wrong geometry and wrong files that a material refers to, through the binary.
 
+#![allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic")]
+
 #[allow(dead_code, reason = "shared by several test programs; each uses its part")]
 mod support;
 

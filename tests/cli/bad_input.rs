@@ -1,5 +1,7 @@
 //! Bad input through the binary: the right exit status, one message that says where and what, nothing written.
 
+#![allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic")]
+
 #[allow(dead_code, reason = "shared by several test programs; each uses its part")]
 mod support;
 

@@ -1,5 +1,7 @@
 //! The commands as a whole: help, what is not built yet, `new`, `check`, and the documentation that must agree with them.
 
+#![allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic")]
+
 #[allow(dead_code, reason = "shared by several test programs; each uses its part")]
 mod support;
 

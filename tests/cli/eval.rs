@@ -1,5 +1,7 @@
 //! `biscale eval` through the binary: what it writes where, and that it is the same every time.
 
+#![allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic")]
+
 #[allow(dead_code, reason = "shared by several test programs; each uses its part")]
 mod support;
 

@@ -1,4 +1,6 @@
 //! Ctrl-C: the command ends with status 130 and leaves nothing. Signals are sent with `kill`, so this is for Linux.
+
+#![allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic")]
 #![cfg(target_os = "linux")]
 
 #[allow(dead_code, reason = "shared by several test programs; each uses its part")]

@@ -1,5 +1,7 @@
 //! No file makes the program panic: good files with pieces cut, doubled or changed are accepted or refused, and that is all.
 
+#![allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic")]
+
 #[allow(dead_code, reason = "shared by several test programs; each uses its part")]
 mod support;
 

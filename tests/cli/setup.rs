@@ -1,4 +1,6 @@
 //! `scripts/setup.sh` on machines that lack something, played with made-up tools.
+
+#![allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic")]
 #![cfg(unix)]
 
 #[allow(dead_code, reason = "shared by several test programs; each uses its part")]
