@@ -34,7 +34,7 @@ pub struct BakeArgs {
 }
 
 /// Rings that can be asked for; of a surface that is not reciprocal fewer fit, and the library says so.
-#[expect(clippy::cast_possible_wrap, clippy::cast_possible_truncation, reason = "a few dozen")]
+#[expect(clippy::cast_possible_wrap, reason = "a few dozen")]
 const RINGS: std::ops::RangeInclusive<i64> = MIN_RINGS as i64..=max_rings(true) as i64;
 
 /// Formats that formats.md promises for later.

@@ -57,11 +57,11 @@ fn wrong_procedural_parameters_are_refused() {
         ("kind = \"weave\"\nweave = \"satin\"\nover = 5\nunder = 1\nshift = 2", &["geometry.weave", "no satin", "divisor"]),
         ("kind = \"weave\"\nparts = \"by-colour\"", &["geometry.parts", "wif"]),
         ("kind = \"weave\"\nwarp_width = 1e6", &["geometry.warp_width", "period", "1e-6 to 1e6"]),
-        ("kind = \"weave\"\nwif = \"missing.wif\"", &["missing.wif", "no such file"]),
+        ("kind = \"weave\"\nwif = \"missing.wif\"", &["missing.wif", "there is no file"]),
         ("kind = \"weave\"\nweave = \"twill\"\nover = 64\nunder = 63\nsteps = 256\nsegments = 256", &["geometry", "triangles"]),
         ("kind = \"height-field\"", &["geometry.file", "required"]),
-        ("kind = \"height-field\"\nfile = \"missing.png\"", &["missing.png", "no such file"]),
-        ("kind = \"height-field\"\nfile = \"missing.tmd\"", &["missing.tmd", "no such file"]),
+        ("kind = \"height-field\"\nfile = \"missing.png\"", &["missing.png", "there is no file"]),
+        ("kind = \"height-field\"\nfile = \"missing.tmd\"", &["missing.tmd", "there is no file"]),
         ("kind = \"height-field\"\nfile = \"a.png\"\npixel = 1.0\nwidth = 2.0", &["geometry.width", "pixel"]),
         ("kind = \"height-field\"\nfile = \"a.png\"\nblend = 0.2", &["geometry.blend", "edge = \"blend\""]),
         ("kind = \"height-field\"\nfile = \"a.png\"\nedge = \"fade\"", &["geometry.edge", "fade"]),
@@ -69,7 +69,7 @@ fn wrong_procedural_parameters_are_refused() {
         ("kind = \"mesh\"\nperiod = [1.0, 1.0]", &["geometry.file", "required"]),
         ("kind = \"mesh\"\nfile = \"a.obj\"", &["geometry.period", "required"]),
         ("kind = \"mesh\"\nfile = \"a.obj\"\nperiod = 1.0", &["geometry.period", "2 numbers"]),
-        ("kind = \"mesh\"\nfile = \"missing.obj\"\nperiod = [1.0, 1.0]", &["missing.obj", "no such file"]),
+        ("kind = \"mesh\"\nfile = \"missing.obj\"\nperiod = [1.0, 1.0]", &["missing.obj", "there is no file"]),
     ];
     for (geometry, parts) in cases {
         refuse(nowhere, geometry, parts);
