@@ -1,6 +1,6 @@
 //! The models and their parameters, declared once.
 //!
-//! A model's table of [`Param`]s is how its `brdf` table is read ([`Values`]), what `docs/brdf.md` says ([`markdown`]; a test
+//! A model's table of [`Param`]s is how its `brdf` table is read ([`Brdf::read`]), what `docs/brdf.md` says ([`markdown`]; a test
 //! compares) and what help texts can print. All parameters are numbers without a unit.
 
 use super::microfacet::Distribution;
@@ -181,19 +181,17 @@ impl Values<'_, '_> {
 
     /// The measured BRDF that `file` or `name` tells.
     fn measured(&self) -> Result<Measured> {
-        let (file, name, scale) = (self.table.path("file")?, self.table.str("name")?, self.number("scale")?);
-        match (file, name) {
-            (Some(file), None) if !file.exists() => {
-                let problem = format!("there is no file {}", file.display());
-                Err(self.table.error_at("file", problem, "check the path; it is relative to the material file"))
-            }
-            (Some(file), None) => Measured::read(&file, scale),
-            (None, Some(name)) => Measured::fit(name, scale).map_err(|bad| self.table.error_at("name", bad.problem, bad.remedy)),
-            (Some(_), Some(_)) => Err(self.table.error_at("name", "both `file` and `name` are there", "keep one of them")),
-            (None, None) => {
-                let remedy = "add `file = \"table.binary\"` (MERL), `file = \"table.bsdf\"` (RGL) or `name = \"gold-paint\"`";
-                Err(self.table.error("neither `file` nor `name` is there", remedy))
-            }
+        if self.table.has("file") && self.table.has("name") {
+            return Err(self.table.error_at("name", "both `file` and `name` are there", "keep one of them"));
+        }
+        let scale = self.number("scale")?;
+        if let Some(file) = self.table.path("file")? {
+            Measured::read(&file, scale)
+        } else if let Some(name) = self.table.str("name")? {
+            Measured::fit(name, scale).map_err(|bad| self.table.error_at("name", bad.problem, bad.remedy))
+        } else {
+            let remedy = "add `file = \"table.binary\"` (MERL), `file = \"table.bsdf\"` (RGL) or `name = \"gold-paint\"`";
+            Err(self.table.error("neither `file` nor `name` is there", remedy))
         }
     }
 }
