@@ -1,6 +1,6 @@
 //! The models and their parameters, declared once.
 //!
-//! A model's table of [`Param`]s is how its `brdf` table is read ([`Values`]), what `docs/brdf.md` says ([`markdown`]; a test
+//! A model's table of [`Param`]s is how its `brdf` table is read ([`Brdf::read`]), what `docs/brdf.md` says ([`markdown`]; a test
 //! compares) and what help texts can print. All parameters are numbers without a unit.
 
 use super::microfacet::Distribution;
@@ -185,14 +185,14 @@ impl Values<'_, '_> {
             return Err(self.table.error_at("name", "both `file` and `name` are there", "keep one of them"));
         }
         let scale = self.number("scale")?;
-        if let Some(name) = self.table.str("name")? {
-            return Measured::fit(name, scale).map_err(|bad| self.table.error_at("name", bad.problem, bad.remedy));
-        }
-        let Some(file) = self.table.path("file")? else {
+        if let Some(file) = self.table.path("file")? {
+            Measured::read(&file, scale)
+        } else if let Some(name) = self.table.str("name")? {
+            Measured::fit(name, scale).map_err(|bad| self.table.error_at("name", bad.problem, bad.remedy))
+        } else {
             let remedy = "add `file = \"table.binary\"` (MERL), `file = \"table.bsdf\"` (RGL) or `name = \"gold-paint\"`";
-            return Err(self.table.error("neither `file` nor `name` is there", remedy));
-        };
-        Measured::read(&file, scale)
+            Err(self.table.error("neither `file` nor `name` is there", remedy))
+        }
     }
 }
 

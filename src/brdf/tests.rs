@@ -248,7 +248,7 @@ fn a_measured_file_is_found_beside_the_material_file_and_its_mistakes_are_named(
     }
     std::fs::create_dir(folder.path().join("folder.bsdf")).unwrap();
     let message = read_in(folder.path(), "{ model = \"measured\", file = \"folder.bsdf\" }").expect_err("a folder").to_string();
-    assert!(message.contains("is a folder"), "{message}");
+    assert!(message.contains("\"folder.bsdf\" is a folder"), "{message}");
 }
 
 #[test]
