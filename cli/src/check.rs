@@ -30,14 +30,14 @@ pub struct CheckArgs {
 /// # Errors
 /// Only those of the command itself; mistakes in the files are reported, and count in the status.
 pub fn run(args: &CheckArgs, common: &CommonArgs) -> Result<u8> {
-    let quality = args.quality.quality()?;
+    let would_run = would_run(&args.quality.quality()?)?;
     let mut outcomes = Vec::new();
     let mut status = 0;
     for file in &args.files {
         if interrupt::flag().load(Ordering::Relaxed) {
             return Err(Error::Interrupted);
         }
-        let outcome = Outcome::of(file, &quality);
+        let outcome = Outcome::of(file, &would_run);
         match &outcome.result {
             Ok(report) if !common.json => output::print(&format!("{}: ok\n{report}", outcome.file))?,
             Ok(_) => {}
@@ -73,8 +73,8 @@ struct Outcome {
 }
 
 impl Outcome {
-    fn of(file: &Path, quality: &Quality) -> Self {
-        Self { file: file.display().to_string(), result: Report::of(file, quality) }
+    fn of(file: &Path, would_run: &str) -> Self {
+        Self { file: file.display().to_string(), result: Report::of(file, would_run) }
     }
 }
 
@@ -160,7 +160,7 @@ const BYTES_OF_UV: usize = 48;
 const BYTES_PER_VERTEX: usize = 24;
 
 impl Report {
-    fn of(file: &Path, quality: &Quality) -> Result<Self> {
+    fn of(file: &Path, would_run: &str) -> Result<Self> {
         let material = Material::load(file)?;
         let surface = material.build()?;
         let tile = &surface.tile;
@@ -200,7 +200,7 @@ impl Report {
             vertices: tile.vertices.len(),
             parts,
             surfaces,
-            would_run: would_run(quality),
+            would_run: would_run.to_owned(),
             memory_bytes: memory(tile),
             notes: tile.notes.clone(),
             warnings,
@@ -212,7 +212,7 @@ impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let unit = self.unit;
         writeln!(f, "  name      {}", self.name)?;
-        writeln!(f, "  period    {} x {} {unit}", self.period[0], self.period[1])?;
+        writeln!(f, "  period    {} x {} {unit}", digits(self.period[0]), digits(self.period[1]))?;
         writeln!(f, "  height    {} to {} {unit}", digits(self.height[0]), digits(self.height[1]))?;
         writeln!(f, "  geometry  {} triangles, {} vertices", self.triangles, self.vertices)?;
         for part in &self.parts {
@@ -248,10 +248,9 @@ fn memory(tile: &Tile) -> usize {
     tile.triangles.len() * (BYTES_PER_TRIANGLE + uv) + tile.vertices.len() * BYTES_PER_VERTEX
 }
 
-fn would_run(quality: &Quality) -> String {
-    let method = match quality.method {
-        Method::Auto => "auto",
-        Method::Direct => "direct",
+fn would_run(quality: &Quality) -> Result<String> {
+    let method = match quality.method_to_run()? {
+        Method::Auto | Method::Direct => "direct",
         Method::LowRank => "lowrank (not built yet)",
         Method::SphericalGaussian => "sg (not built yet)",
         Method::Reference => "reference",
@@ -265,7 +264,7 @@ fn would_run(quality: &Quality) -> String {
         (None, Some(seconds)) => format!("for {seconds} s"),
         (None, None) => format!("to a relative RMS error of {} %", digits(quality.tolerance * 100.0)),
     };
-    format!("method {method}, {until}, {bounces}, seed {}", quality.seed)
+    Ok(format!("method {method}, {until}, {bounces}, seed {}", quality.seed))
 }
 
 /// A number of bytes in words.

@@ -14,7 +14,7 @@ mod reference;
 mod sums;
 
 use crate::direction::Pair;
-use crate::error::{Error, Result};
+use crate::error::{BadInput, Error, Result};
 use crate::material::SmallScale;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -53,6 +53,28 @@ pub struct Quality {
 impl Default for Quality {
     fn default() -> Self {
         Self { method: Method::Auto, tolerance: 0.005, budget: None, seed: 0, bounces: 0, plan: None }
+    }
+}
+
+impl Quality {
+    /// The method that runs: what `Auto` chooses, which is the plan's method, or `reference` for reflections after the first,
+    /// or else `direct`.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] for reflections that `direct` is asked for: it computes direct light only.
+    pub fn method_to_run(&self) -> Result<Method> {
+        let method = match (self.method, self.plan.as_deref().and_then(|p| p.split(':').next())) {
+            (Method::Auto, Some("reference")) => Method::Reference,
+            (Method::Auto, None) if self.bounces > 0 => Method::Reference,
+            (Method::Auto, _) => Method::Direct,
+            (asked, _) => asked,
+        };
+        if method == Method::Direct && self.bounces > 0 {
+            let problem = format!("{} reflections after the first are asked of the method `direct`", self.bounces);
+            let remedy = "it computes direct light only; ask for 0, or for the method `reference`";
+            return Err(BadInput::new(problem, remedy).at_field("bounces").into());
+        }
+        Ok(method)
     }
 }
 
@@ -130,11 +152,44 @@ pub struct Effective {
 /// [`Error::Unsupported`] for a method that this build lacks, [`Error::Interrupted`] when `control` asks to stop,
 /// [`Error::BadInput`] for a plan that is none.
 pub fn effective(surface: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
-    match quality.method {
+    match quality.method_to_run()? {
         Method::Auto | Method::Direct => direct::direct(surface, pairs, quality, control),
         Method::Reference => reference::reference(surface, pairs, quality, control),
         Method::LowRank | Method::SphericalGaussian => {
             Err(Error::Unsupported { what: "this method".into(), remedy: "use `--method direct`".into() })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn quality(method: Method, bounces: u32, plan: Option<&str>) -> Quality {
+        Quality { method, bounces, plan: plan.map(str::to_owned), ..Quality::default() }
+    }
+
+    #[test]
+    fn auto_follows_the_plan_and_takes_the_reference_for_interreflections() {
+        use Method::{Auto, Direct, Reference};
+        for (asked, bounces, plan, runs) in [
+            (Auto, 0, None, Direct),
+            (Auto, 2, None, Reference),
+            (Auto, 0, Some("direct:2048"), Direct),
+            (Auto, 0, Some("reference:bounces=0:first=8"), Reference),
+            (Reference, 0, None, Reference),
+            (Direct, 0, None, Direct),
+        ] {
+            let quality = quality(asked, bounces, plan);
+            assert_eq!(quality.method_to_run().unwrap(), runs, "{quality:?}");
+        }
+    }
+
+    #[test]
+    fn direct_refuses_interreflections() {
+        for (method, plan) in [(Method::Direct, None), (Method::Auto, Some("direct:2048"))] {
+            let message = quality(method, 2, plan).method_to_run().unwrap_err().to_string();
+            assert!(message.contains("bounces: 2 reflections"), "{message}");
         }
     }
 }

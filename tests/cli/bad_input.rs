@@ -231,6 +231,7 @@ fn wrong_arguments_are_refused_with_what_would_be_right() {
         ("an empty plan", Also(&["--plan", " "]), 2, &["--plan", "empty", "copy"]),
         ("a plan and a budget", Also(&["--plan", "direct:2048", "--budget", "1s"]), 2, &["--plan", "--budget"]),
         ("an unknown option", Also(&["--tolerence", "1"]), 2, &["--tolerence", "--tolerance"]),
+        ("reflections of direct light", Also(&["--method", "direct", "--bounces", "2"]), 2, &["bounces", "2 reflections", "reference"]),
         ("a device not built yet", Also(&["--device", "gpu"]), 1, &["--device gpu", "not built yet"]),
         ("no pairs", Arguments(&["eval", "m.toml"]), 2, &["--pairs"]),
         ("no material", Arguments(&["eval", "--pairs", "p.csv"]), 2, &["MATERIAL"]),
