@@ -20,7 +20,10 @@ fn refuse(folder: &Path, geometry: &str, parts: &[&str]) {
 
 #[test]
 fn wrong_procedural_parameters_are_refused() {
-    let nowhere = Path::new("");
+    let folder = tempfile::tempdir().unwrap();
+    // Parameters are read before the file's contents.
+    std::fs::write(folder.path().join("a.png"), []).unwrap();
+    let nowhere = folder.path();
     let cases: &[(&str, &[&str])] = &[
         ("", &["kind", "required"]),
         ("kind = \"groves\"", &["geometry.kind", "groves", "did you mean `grooves`"]),
