@@ -22,7 +22,9 @@ fn refuse(folder: &Path, geometry: &str, parts: &[&str]) {
 fn wrong_procedural_parameters_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     // Parameters are read before the file's contents.
-    std::fs::write(folder.path().join("a.png"), []).unwrap();
+    for name in ["a.png", "a.obj", "a.tmd", "a.wif", "a.stl", "a.ply"] {
+        std::fs::write(folder.path().join(name), []).unwrap();
+    }
     let nowhere = folder.path();
     let cases: &[(&str, &[&str])] = &[
         ("", &["kind", "required"]),
