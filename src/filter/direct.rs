@@ -330,7 +330,7 @@ impl<'a> Run<'a> {
         }
         let some: Vec<Pair> = self.pairs.iter().step_by(self.pairs.len().div_ceil(BIAS_PAIRS).max(1)).copied().collect();
         let demand = Demand::new(&some, false);
-        let batch = self.tracer.batch(Runs::of_block(0, MIN_SAMPLES, 0, 1), &demand.directions)?;
+        let batch = self.tracer.batch(Runs::of_block(0, PILOT_SAMPLES, 0, 1), &demand.directions)?;
         let lobes = prepared::surface_lobes(&self.small.surfaces);
         let sums = |by_clusters| {
             let mut sums = vec![[[0.0; 3]; SETS]; demand.pairs.len()];

@@ -8,6 +8,8 @@ mod demand;
 mod direct;
 mod estimate;
 mod importance;
+#[cfg(test)]
+mod kernel_tests;
 mod lobes;
 pub mod prepared;
 mod reference;
