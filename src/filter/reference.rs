@@ -229,11 +229,10 @@ impl Default for Tally {
 
 impl Tally {
     fn add(&mut self, batch: usize, sums: &Sums) {
-        let (colour, front) = &mut self.batches[batch];
-        *front += sums.front;
+        self.batches[batch].1 += sums.front;
         self.lost += sums.lost;
         for c in 0..3 {
-            colour[c] += sums.colour[c];
+            self.batches[batch].0[c] += sums.colour[c];
             self.doubtful[c] += sums.doubtful[c];
             self.range[0][c] = self.range[0][c].min(sums.range[0][c]);
             self.range[1][c] = self.range[1][c].max(sums.range[1][c]);

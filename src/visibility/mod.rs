@@ -3,6 +3,7 @@
 //! A facet sees a direction when the direction lies above the facet and the ray meets nothing on the periodic surface, however
 //! many periods away.
 
+pub mod horizon;
 pub mod raster;
 pub mod rays;
 

@@ -120,7 +120,7 @@ impl<'a> Scene<'a> {
                 break;
             }
             let (u, lottery) = sequence.numbers(index, event);
-            let Some((direction, density)) = sample(brdf, n, viewer, u) else { break };
+            let Some((direction, density)) = brdf.sample(n, viewer, u) else { break };
             let fr = brdf.eval(n, direction, viewer);
             let cos = n.dot(direction).max(0.0);
             throughput = std::array::from_fn(|c| throughput[c] * tint[c] * fr[c] * cos / density);
@@ -166,12 +166,4 @@ impl<'a> Scene<'a> {
         };
         (&surface.brdf, tint)
     }
-}
-
-/// A direction to go on in, and its density: cosine-distributed over the hemisphere of `n`.
-fn sample(_brdf: &Brdf, n: DVec3, _viewer: DVec3, u: [f64; 3]) -> Option<(DVec3, f64)> {
-    let (x, y) = n.any_orthonormal_pair();
-    let (radius, phi) = (u[1].sqrt(), std::f64::consts::TAU * u[2]);
-    let cos = (1.0 - u[1]).sqrt();
-    (cos > 0.0).then(|| (radius * phi.cos() * x + radius * phi.sin() * y + cos * n, cos / std::f64::consts::PI))
 }
