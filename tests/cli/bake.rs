@@ -1,5 +1,7 @@
 //! `biscale bake` through the binary: its exit statuses, what it replaces, and that `eval` reads what it wrote.
 
+#![allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic")]
+
 #[allow(dead_code, reason = "shared by several test programs; each uses its part")]
 mod support;
 
