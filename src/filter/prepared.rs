@@ -12,10 +12,12 @@ use crate::direction::Pair;
 use crate::error::{Error, Result};
 use crate::facets::{self, Clustering, Density, Facets, Group, Runs, SETS, Surface};
 use crate::material::{self, SmallScale, Tint};
+use crate::visibility::horizon::Horizon;
 use crate::visibility::rays::{Occlusion, PeriodicBvh};
 use crate::visibility::{Bits, raster};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -31,6 +33,8 @@ pub struct Tracer<'a> {
     /// The surface in the form that sampling and visibility use.
     pub surface: Surface,
     rays: OnceLock<Result<PeriodicBvh>>,
+    /// For height fields.
+    horizon: Option<Horizon>,
     /// Where samples go.
     pub density: Density,
     /// Seed of the samples.
@@ -55,7 +59,16 @@ impl<'a> Tracer<'a> {
     pub fn new(small: &'a SmallScale, clustering: Option<&Clustering>, seed: u32, control: &Control<'a>) -> Self {
         let surface = Surface::new(small, clustering);
         let density = Density::uniform(&surface);
-        Self { small, surface, rays: OnceLock::new(), density, seed, control: *control, lost: AtomicUsize::new(0) }
+        Self {
+            small,
+            surface,
+            rays: OnceLock::new(),
+            horizon: Horizon::new(&small.tile),
+            density,
+            seed,
+            control: *control,
+            lost: AtomicUsize::new(0),
+        }
     }
 
     /// Whether the triangles are clustered by normal.
@@ -79,17 +92,25 @@ impl<'a> Tracer<'a> {
         Ok(Batch { facets, bits, seconds: [sampled - start, clock() - sampled] })
     }
 
-    /// Visibility: by projection, or by rays where the projection spans too many periods.
+    /// Visibility: by horizon angles where few azimuths have many directions; else by projection, or by rays where the projection spans
+    /// too many periods. All three are exact.
     fn see(&self, facets: &Facets, directions: &[DVec3]) -> Result<Bits> {
         let words = facets.triangle.len() / 64;
-        let mut rows = vec![0; words * directions.len()];
+        let mut bits = Bits { words, rows: vec![0; words * directions.len()] };
+        let azimuths = by_azimuth(directions);
+        if let Some(horizon) = &self.horizon
+            && self.horizon_pays(facets.samples, azimuths.len(), directions.len())
+        {
+            self.see_horizons(horizon, facets, directions, &azimuths, &mut bits)?;
+            return Ok(bits);
+        }
         let far = |w: DVec3| raster::reach(&self.surface, w) > raster::MAX_REACH;
         if directions.iter().any(|&w| far(w))
             && let Err(error) = self.rays.get_or_init(|| PeriodicBvh::new(&self.small.tile))
         {
             return Err(Error::Numeric(error.to_string()));
         }
-        rows.par_chunks_mut(words.max(1)).zip(directions).for_each_init(raster::Scratch::default, |scratch, (row, &direction)| {
+        bits.rows.par_chunks_mut(words.max(1)).zip(directions).for_each_init(raster::Scratch::default, |scratch, (row, &direction)| {
             if self.control.check().is_err() {
                 return;
             }
@@ -99,7 +120,55 @@ impl<'a> Tracer<'a> {
             }
         });
         self.control.check()?;
-        Ok(Bits { words, rows })
+        Ok(bits)
+    }
+
+    /// Whether horizon angles cost less than projections. The costs of one step of each are measured; only their ratios matter.
+    fn horizon_pays(&self, samples: usize, azimuths: usize, directions: usize) -> bool {
+        const ANGLE: f64 = 500.0;
+        const PROJECTED_TRIANGLE: f64 = 40.0;
+        const PROJECTED_FACET: f64 = 15.0;
+        let projection = directions as f64 * (self.surface.triangles.len() as f64 * PROJECTED_TRIANGLE + samples as f64 * PROJECTED_FACET);
+        azimuths as f64 * samples as f64 * ANGLE < projection
+    }
+
+    /// Visibility of all directions of each azimuth from one horizon angle a facet.
+    fn see_horizons(
+        &self,
+        horizon: &Horizon,
+        facets: &Facets,
+        directions: &[DVec3],
+        azimuths: &[(DVec2, Vec<usize>)],
+        bits: &mut Bits,
+    ) -> Result<()> {
+        let words = bits.words;
+        let rows: Vec<Vec<(usize, Vec<u64>)>> = azimuths
+            .par_iter()
+            .map(|(azimuth, members)| {
+                let mut rows: Vec<(usize, Vec<u64>)> = members.iter().map(|&d| (d, vec![0; words])).collect();
+                if self.control.check().is_err() {
+                    return rows;
+                }
+                for (f, (&triangle, &position)) in facets.triangle.iter().zip(&facets.position).enumerate() {
+                    if triangle == facets::NO_TRIANGLE {
+                        continue;
+                    }
+                    let slope = horizon.slope(position * self.surface.unit, (azimuth.x, azimuth.y));
+                    let normal = self.surface.normals[triangle as usize];
+                    for (d, row) in &mut rows {
+                        let w = directions[*d];
+                        let seen = normal.dot(w) > 0.0 && w.z > slope * w.truncate().length();
+                        row[f / 64] |= u64::from(seen) << (f % 64);
+                    }
+                }
+                rows
+            })
+            .collect();
+        self.control.check()?;
+        for (d, row) in rows.into_iter().flatten() {
+            bits.rows[d * words..(d + 1) * words].copy_from_slice(&row);
+        }
+        Ok(())
     }
 
     /// Visibility of the facets in one direction by rays.
@@ -119,6 +188,25 @@ impl<'a> Tracer<'a> {
             }
         }
     }
+}
+
+/// Distinct azimuths, each with the places of its directions. Straight up goes with the azimuth of x.
+fn by_azimuth(directions: &[DVec3]) -> Vec<(DVec2, Vec<usize>)> {
+    /// Azimuths that agree to this many radians are one: far less than a facet's f32 position tells.
+    const SAME: f64 = 1e-9;
+    let mut places: HashMap<[i64; 2], usize> = HashMap::new();
+    let mut azimuths: Vec<(DVec2, Vec<usize>)> = Vec::new();
+    for (d, w) in directions.iter().enumerate() {
+        let azimuth = w.truncate().try_normalize().unwrap_or(DVec2::X);
+        #[expect(clippy::cast_possible_truncation, reason = "at most 1e9")]
+        let key = azimuth.to_array().map(|x| (x / SAME).round() as i64);
+        let place = *places.entry(key).or_insert_with(|| {
+            azimuths.push((azimuth, Vec::new()));
+            azimuths.len() - 1
+        });
+        azimuths[place].1.push(d);
+    }
+    azimuths
 }
 
 /// Lobes of each surface, tinted.
