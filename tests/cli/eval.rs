@@ -176,6 +176,24 @@ fn another_seed_gives_other_values_of_the_same_size() {
 }
 
 #[test]
+fn the_plan_of_a_budget_repeats_its_bytes() {
+    let folder = Folder::new();
+    let run = |more: &[&str]| folder.run(weave()[..4].iter().map(String::as_str).chain(more.iter().copied()));
+    for method in ["direct", "reference"] {
+        let first = run(&["--method", method, "--budget", "300ms", "--seed", "5", "--json"]);
+        done(&first);
+        let first: Value = serde_json::from_str(&first.stdout).unwrap();
+        let plan = first["summary"]["plan"].as_str().unwrap();
+        let again = run(&["--plan", plan, "--seed", "5", "--json", "--threads", "1"]);
+        done(&again);
+        let again: Value = serde_json::from_str(&again.stdout).unwrap();
+        assert_eq!(again["summary"]["plan"], plan, "the plan of a plan is itself");
+        assert_eq!(again["summary"]["method"], method);
+        assert_eq!(first["rows"], again["rows"], "{plan}");
+    }
+}
+
+#[test]
 fn an_own_output_is_replaced_and_another_file_only_by_force() {
     let folder = Folder::new();
     let run = |more: &[&str]| folder.run(["eval", "m.toml", "--pairs", "p.csv", "-o", "out.csv"].iter().chain(more));
