@@ -36,6 +36,9 @@ pub struct PlotArgs {
     /// What the polar plots show
     #[arg(long, value_enum, default_value_t = Quantity::Fhat)]
     quantity: Quantity,
+    /// Periods of the surface along the longer side of its view; fewer by default where a period holds many details
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100), allow_negative_numbers = true)]
+    periods: Option<u32>,
     /// Leave the view of the surface out
     #[arg(long)]
     no_view: bool,
@@ -74,8 +77,9 @@ pub fn run(args: &PlotArgs, common: &CommonArgs) -> Result<()> {
     let slices = Slices { incidences_deg: args.incidence.clone(), azimuth_deg: args.azimuth, quantity: args.quantity };
     let source = Source::load(&args.input)?;
     let with_view = !args.no_view && matches!(source, Source::Material(..));
+    let wanted = Wanted { slices, with_view, periods: args.periods };
     let folder = Folder::new(args, with_view)?;
-    let pictures = progress::with_control(common, |control| pictures(&source, &slices, &quality, with_view, control))?;
+    let pictures = progress::with_control(common, |control| pictures(&source, &wanted, &quality, control))?;
     let mut notes = args.quality.notes();
     notes.extend(pictures.notes);
     if matches!(source, Source::Table(_)) && !args.no_view {
@@ -130,7 +134,15 @@ struct Pictures {
     notes: Vec<String>,
 }
 
-fn pictures(source: &Source, slices: &Slices, quality: &Quality, with_view: bool, control: &Control<'_>) -> Result<Pictures> {
+/// What the pictures show.
+struct Wanted {
+    slices: Slices,
+    with_view: bool,
+    periods: Option<u32>,
+}
+
+fn pictures(source: &Source, wanted: &Wanted, quality: &Quality, control: &Control<'_>) -> Result<Pictures> {
+    let &Wanted { ref slices, with_view, periods } = wanted;
     let pairs = slices.pairs();
     let percent = |e: f64| format!("{:.2} %", 100.0 * e);
     let (name, values, how, relative_rms, notes): (&str, Vec<Value>, String, f64, Vec<String>) = match source {
@@ -164,7 +176,7 @@ fn pictures(source: &Source, slices: &Slices, quality: &Quality, with_view: bool
     let mut files = vec![figure.finish(None).into_bytes(), svg::png(&figure.rasterise(POLAR_SCALE, None)?)?];
     if let (Source::Material(material, surface), true) = (source, with_view) {
         let progress = |stage: &str, done: f64| (control.progress)(stage, VALUES + (1.0 - VALUES) * done);
-        let view = view::view(material, surface, &Control { progress: &progress, ..*control })?;
+        let view = view::view(material, surface, periods, &Control { progress: &progress, ..*control })?;
         files.push(view.strip.finish(Some((&svg::png(&view.pixels)?, view.height))).into_bytes());
         files.push(svg::png(&view.strip.rasterise(f32::from(view::SCALE), Some(&view.pixels))?)?);
     }

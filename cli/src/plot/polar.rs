@@ -24,14 +24,15 @@ const RADIUS: f64 = 150.0;
 const COLUMN: f64 = 372.0;
 const ROW: f64 = 232.0;
 const MARGIN: f64 = 24.0;
-const HEAD: f64 = 100.0;
+const HEAD: f64 = 72.0;
 const FOOT: f64 = 56.0;
 
 const INK: &str = "#222222";
 const FAINT: &str = "#d5d5d5";
 const GREY: &str = "#6a6a6a";
 const LIGHT: &str = "#d08b00";
-const CHANNELS: [(&str, &str); 3] = [("red", "#c8202c"), ("green", "#1c8a3e"), ("blue", "#2457c5")];
+/// Channels with their colours and the widths of their curves: where two coincide, both show.
+const CHANNELS: [(&str, &str, f64); 3] = [("red", "#d3222f", 2.7), ("green", "#1c9a44", 1.9), ("blue", "#1f4fc4", 1.2)];
 
 /// What is plotted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -125,13 +126,13 @@ impl Slices {
 
 /// Colours of the curves, at the top right.
 fn legend(svg: &mut Svg, grey: bool) {
-    let entries: Vec<(&str, &str)> = if grey { vec![("red = green = blue", INK)] } else { CHANNELS.to_vec() };
-    let mut x = svg.width - MARGIN;
-    for (name, colour) in entries.into_iter().rev() {
+    let entries = if grey { vec![("red = green = blue", INK, 1.8)] } else { CHANNELS.to_vec() };
+    let mut x = svg.width - 2.0 * MARGIN;
+    for (name, colour, width) in entries.into_iter().rev() {
         svg.text([x, 34.0], 13.0, Anchor::End, INK, name);
         // The embedded font's letters are .6 of their size wide on average.
         x -= 13.0 * 0.6 * name.len() as f64 + 8.0;
-        svg.line([x - 22.0, 29.5], [x, 29.5], stroke(colour, 2.2));
+        svg.line([x - 22.0, 29.5], [x, 29.5], stroke(colour, width));
         x -= 44.0;
     }
 }
@@ -161,7 +162,7 @@ impl Panel {
         };
         let (rim, step) = nice_scale(top(SCALE_ANGLE_DEG));
         let grey = values.iter().all(|(v, _)| v.iter().all(|x| (x - v[0]).abs() <= SAME * rim));
-        Self { plane, incidence_deg, cut: top(LAST_ANGLE_DEG) > rim, grey, rim, step, values }
+        Self { plane, incidence_deg, cut: top(LAST_ANGLE_DEG) > 1.02 * rim, grey, rim, step, values }
     }
 
     fn draw(&self, svg: &mut Svg, centre: [f64; 2], clip: &str) {
@@ -195,10 +196,10 @@ impl Panel {
         self.draw_light(svg, centre, &at);
         svg.clip_half_disc(clip, centre, RADIUS);
         let point = |angle: i32, value: f64| at(f64::from(angle), RADIUS * value / self.rim);
-        let curves: &[(&str, &str)] = if self.grey { &[("all", INK)] } else { &CHANNELS };
-        for (c, (_, colour)) in curves.iter().enumerate() {
+        let curves: &[(&str, &str, f64)] = if self.grey { &[("all", INK, 1.8)] } else { &CHANNELS };
+        for (c, (_, colour, width)) in curves.iter().enumerate() {
             let curve: Vec<[f64; 2]> = angles().zip(&self.values).map(|(a, (v, _))| point(a, v[c])).collect();
-            svg.clipped_path(&curve, stroke(colour, 1.8), Some(clip));
+            svg.clipped_path(&curve, stroke(colour, *width), Some(clip));
             for (a, (v, se)) in angles().zip(&self.values).filter(|(a, _)| a % BAR_STEP_DEG == 0) {
                 if 2.0 * se[c] / self.rim * RADIUS >= SMALLEST_BAR {
                     let (low, high) = (point(a, (v[c] - se[c]).max(0.0)), point(a, v[c] + se[c]));
@@ -255,7 +256,7 @@ fn caption(panels: &[Panel]) -> String {
     } else {
         format!("Standard errors are too small to see: the largest is {percent} of its rim.")
     };
-    let cut = if panels.iter().any(|p| p.cut) { " Grazing peaks beyond the rim are cut off." } else { "" };
+    let cut = if panels.iter().any(|p| p.cut) { " Values beyond the rim, near grazing, are cut off." } else { "" };
     format!("{bars}{cut} Negative angles: the light's side.")
 }
 
