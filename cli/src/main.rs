@@ -9,6 +9,7 @@ mod new;
 mod options;
 mod output;
 mod pairs;
+mod plot;
 mod progress;
 mod report;
 
@@ -44,6 +45,8 @@ enum Command {
     Eval(eval::EvalArgs),
     /// Effective BRDF as a whole table
     Bake(bake::BakeArgs),
+    /// Pictures: polar plots of the effective BRDF, a view of the surface
+    Plot(plot::PlotArgs),
     /// The large-scale appearance, as an image (not built yet)
     Render(later::LaterArgs),
     /// Error against time, for every method and setting (not built yet)
@@ -94,6 +97,7 @@ fn run(cli: &Cli) -> Result<u8> {
         Command::Check(args) => return check::run(args, &cli.common),
         Command::Eval(args) => eval::run(args, &cli.common)?,
         Command::Bake(args) => bake::run(args, &cli.common)?,
+        Command::Plot(args) => plot::run(args, &cli.common)?,
         Command::Render(_) => later::run("render")?,
         Command::Study(_) => later::run("study")?,
         Command::Fold(_) => later::run("fold")?,

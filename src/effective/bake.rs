@@ -81,17 +81,17 @@ pub fn build(recipe: &Recipe<'_>, lobes: Option<&Lobes<'_>>, values: &mut Values
     }
     let probes = Probes::compute(quality, values)?;
     check_rings(*fixed, max_rings(probes.reciprocal))?;
-    let quality = Quality { plan: Some(probes.summary.plan.clone()), ..quality.clone() };
     let facets = probes.summary.relative_rms;
     // Where the facets alone miss the tolerance, a bias of half their error adds no more than an eighth to it.
     let wanted = (quality.tolerance * quality.tolerance - facets * facets).max(facets * facets / 4.0).sqrt();
     let guide = lobes.map(|l| l.guide(probes.mean_s(), &probes.directions(GUIDE_PROBES)));
+    let values_quality = Quality { plan: Some(probes.summary.plan.clone()), ..facet_quality(quality) };
     let mut rings = fixed.unwrap_or(FIRST_RINGS);
     let mut done = 0.1;
     loop {
         let share = done..(if fixed.is_some() { 1.0 } else { 0.5 * (1.0 + done) });
         done = share.end;
-        let mut table = fill(rings, probes.reciprocal, &quality, share, values)?;
+        let mut table = fill(rings, probes.reciprocal, &values_quality, share, values)?;
         let plain = probes.error_of(&table);
         table.guide.clone_from(&guide);
         let mut interpolation = if guide.is_some() { probes.error_of(&table) } else { plain };
@@ -109,6 +109,11 @@ pub fn build(recipe: &Recipe<'_>, lobes: Option<&Lobes<'_>>, values: &mut Values
         let finer = (MARGIN * rings as f64 * (interpolation / wanted).sqrt()).ceil().min(limit as f64) as usize;
         rings = finer.clamp(rings + 1, limit);
     }
+}
+
+/// What the facets may take of the whole tolerance.
+fn facet_quality(quality: &Quality) -> Quality {
+    Quality { tolerance: quality.tolerance * FACET_SHARE.sqrt(), ..quality.clone() }
 }
 
 fn check_rings(rings: Option<usize>, limit: usize) -> Result<()> {
@@ -230,8 +235,7 @@ impl Probes {
         for pair in &mut pairs[count..] {
             std::mem::swap(&mut pair.wi, &mut pair.wo);
         }
-        let facets = Quality { tolerance: quality.tolerance * FACET_SHARE.sqrt(), ..quality.clone() };
-        let Effective { mut values, summary } = values(&pairs, &facets, 0.0..0.1)?;
+        let Effective { mut values, summary } = values(&pairs, &facet_quality(quality), 0.0..0.1)?;
         let (mut difference, mut sum) = (0.0, 0.0);
         for (there, back) in values[..REVERSED].iter().zip(&values[count..]) {
             for c in 0..3 {
