@@ -9,7 +9,7 @@ use serde_json::Value;
 use support::{Folder, MATERIAL, PLANE, project};
 
 /// All commands, in the order of the work.
-const COMMANDS: [&str; 11] = ["new", "check", "eval", "bake", "render", "study", "fold", "capture", "fit", "cache", "edit"];
+const COMMANDS: [&str; 12] = ["new", "check", "eval", "bake", "plot", "render", "study", "fold", "capture", "fit", "cache", "edit"];
 /// Those that say that they are not built yet.
 const LATER: [&str; 7] = ["render", "study", "fold", "capture", "fit", "cache", "edit"];
 /// Set to write `docs/commands.md` anew in place of comparing it.
