@@ -2,7 +2,8 @@
 
 use crate::direction::{Pair, above_horizon};
 use glam::DVec3;
-use std::collections::HashMap;
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 use std::ops::Range;
 
 /// Directions on one side of a square block of pairs that the sums take at once.
@@ -30,13 +31,32 @@ pub struct Wanted {
     pub viewer: u32,
 }
 
+/// Bits of a place within a block.
+const IN_BLOCK: u32 = BLOCK_SIDE.ilog2();
+
+/// Orders pairs by the blocks of their directions, then by the directions.
+fn key(i: u32, o: u32) -> u64 {
+    let (i, o, low) = (u64::from(i), u64::from(o), u64::from(BLOCK_SIDE - 1));
+    (i >> IN_BLOCK) << (32 + IN_BLOCK) | (o >> IN_BLOCK) << (2 * IN_BLOCK) | (i & low) << IN_BLOCK | o & low
+}
+
+/// The pair of a [`key`].
+#[expect(clippy::cast_possible_truncation, reason = "both were u32")]
+fn unkey(key: u64) -> [u32; 2] {
+    let low = u64::from(BLOCK_SIDE - 1);
+    let high = u64::from(u32::MAX >> IN_BLOCK);
+    let i = (key >> (32 + IN_BLOCK)) << IN_BLOCK | key >> IN_BLOCK & low;
+    let o = (key >> (2 * IN_BLOCK) & high) << IN_BLOCK | key & low;
+    [i as u32, o as u32]
+}
+
 impl Demand {
     /// The demand of `list`. With `symmetric` a pair and its reverse are one.
     ///
     /// # Panics
     /// With more than 2^32 pairs.
     pub fn new(list: &[Pair], symmetric: bool) -> Self {
-        let mut places: HashMap<[u64; 3], u32> = HashMap::new();
+        let mut places: FxHashMap<[u64; 3], u32> = FxHashMap::default();
         let mut directions = Vec::new();
         let mut place = |w: DVec3| {
             let w = above_horizon(w)?;
@@ -46,23 +66,37 @@ impl Demand {
                 u32::try_from(directions.len() - 1).expect("fewer than 2^32 directions")
             }))
         };
-        let placed: Vec<Option<[u32; 2]>> = list.iter().map(|pair| Some([place(pair.wi)?, place(pair.wo)?])).collect();
-        let key = |[i, o]: [u32; 2]| {
-            let [i, o] = if symmetric && o < i { [o, i] } else { [i, o] };
-            (i / BLOCK_SIDE, o / BLOCK_SIDE, i, o)
-        };
-        let mut keys: Vec<_> = placed.iter().flatten().map(|&p| key(p)).collect();
-        keys.sort_unstable();
-        keys.dedup();
-        let wanted = placed
+        // Lists are mostly loops over lights and viewers: one of the two often stays the same.
+        let mut last = (Pair { wi: DVec3::NAN, wo: DVec3::NAN }, [None; 2]);
+        let placed: Vec<[Option<u32>; 2]> = list
             .iter()
-            .map(|p| {
-                let [i, o] = (*p)?;
-                let pair = keys.binary_search(&key([i, o])).expect("every pair has its key");
-                Some(Wanted { pair: u32::try_from(pair).expect("fewer than 2^32 pairs"), viewer: o })
+            .map(|pair| {
+                let i = if pair.wi == last.0.wi { last.1[0] } else { place(pair.wi) };
+                let o = if pair.wo == last.0.wo { last.1[1] } else { place(pair.wo) };
+                last = (*pair, [i, o]);
+                last.1
             })
             .collect();
-        Self { directions, pairs: keys.into_iter().map(|(_, _, i, o)| [i, o]).collect(), wanted }
+        // Each pair's key with its place in the list; sorted, equal keys are neighbours.
+        let mut keys: Vec<(u64, u32)> = (0_u32..)
+            .zip(&placed)
+            .filter_map(|(k, &[i, o])| {
+                let (i, o) = (i?, o?);
+                Some((if symmetric && o < i { key(o, i) } else { key(i, o) }, k))
+            })
+            .collect();
+        keys.par_sort_unstable();
+        let mut pairs: Vec<[u32; 2]> = Vec::new();
+        let mut wanted = vec![None; list.len()];
+        let mut before = None;
+        for (key, k) in keys {
+            if before.replace(key) != Some(key) {
+                pairs.push(unkey(key));
+            }
+            let pair = u32::try_from(pairs.len() - 1).expect("fewer than 2^32 pairs");
+            wanted[k as usize] = placed[k as usize][1].map(|viewer| Wanted { pair, viewer });
+        }
+        Self { directions, pairs, wanted }
     }
 
     /// Cuts `pairs` into tasks: runs that lie in one block of directions.
@@ -77,5 +111,37 @@ impl Demand {
             }
         }
         tasks
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_order_pairs_by_block_and_give_them_back() {
+        let places = [0, 1, 31, 32, 33, 1_000_000, u32::MAX - 32, u32::MAX];
+        let pairs: Vec<[u32; 2]> = places.iter().flat_map(|&i| places.iter().map(move |&o| [i, o])).collect();
+        for &[i, o] in &pairs {
+            assert_eq!(unkey(key(i, o)), [i, o]);
+            for &[j, p] in &pairs {
+                let by_block = |[i, o]: [u32; 2]| (i / BLOCK_SIDE, o / BLOCK_SIDE, i, o);
+                assert_eq!(key(i, o).cmp(&key(j, p)), by_block([i, o]).cmp(&by_block([j, p])), "{i},{o} against {j},{p}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_pair_and_its_reverse_are_one_where_they_may_be_and_each_keeps_its_viewer() {
+        let (a, b, below) = (DVec3::Z, DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.6, 0.0, -0.8));
+        let list = [(a, b), (b, a), (a, b), (a, below), (a, a)].map(|(wi, wo)| Pair { wi, wo });
+        let demand = Demand::new(&list, true);
+        assert_eq!(demand.directions, [a, b]);
+        assert_eq!(demand.pairs, [[0, 0], [0, 1]]);
+        let wanted = |pair, viewer| Some(Wanted { pair, viewer });
+        assert_eq!(demand.wanted, [wanted(1, 1), wanted(1, 0), wanted(1, 1), None, wanted(0, 0)]);
+        let demand = Demand::new(&list, false);
+        assert_eq!(demand.pairs, [[0, 0], [0, 1], [1, 0]]);
+        assert_eq!(demand.wanted, [wanted(1, 1), wanted(2, 0), wanted(1, 1), None, wanted(0, 0)]);
     }
 }

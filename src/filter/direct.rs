@@ -103,10 +103,10 @@ struct Accumulated {
 }
 
 /// A run of the method over a list that is not long.
-struct Run<'a> {
+struct Run<'a, 'p> {
     small: &'a SmallScale,
     tracer: Tracer<'a>,
-    pairs: &'a [Pair],
+    pairs: &'p [Pair],
     demand: Demand,
     tasks: Vec<Range<usize>>,
     control: Control<'a>,
@@ -122,6 +122,16 @@ struct Outcome {
 }
 
 pub(super) fn direct(small: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
+    Ok(traced(small, pairs, quality, control)?.0)
+}
+
+/// The values, and what finds facets and their visibility as it did for them.
+pub(super) fn traced<'a>(
+    small: &'a SmallScale,
+    pairs: &[Pair],
+    quality: &Quality,
+    control: &Control<'a>,
+) -> Result<(Effective, Tracer<'a>, u32)> {
     let began = (control.clock)();
     // Tables need not be reciprocal; every model is.
     let symmetric = !small.surfaces.iter().any(|s| matches!(s.brdf, Brdf::Measured(_)));
@@ -197,10 +207,11 @@ pub(super) fn direct(small: &SmallScale, pairs: &[Pair], quality: &Quality, cont
         relative_rms: outcome.relative_rms,
         notes,
     };
-    Ok(Effective { values: outcome.values, summary })
+    let tracer = run.tracer;
+    Ok((Effective { values: outcome.values, summary }, tracer, outcome.plan.samples()))
 }
 
-impl<'a> Run<'a> {
+impl Run<'_, '_> {
     /// Finds the samples that a tolerance needs, or a budget allows; `share` of the budget is for this.
     fn adapt(&mut self, quality: &Quality, spent: &dyn Fn() -> f64, share: f64) -> Result<Outcome> {
         let budget = quality.budget.map(|b| b * PLANNED * share);

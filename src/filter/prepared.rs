@@ -5,7 +5,7 @@ use super::demand::Demand;
 use super::estimate::{self, PairSums, Spread};
 use super::lobes::{self, Half, Lobe};
 use super::sums;
-use super::{Control, Value};
+use super::{Control, Effective, Quality, Value, direct};
 use crate::brdf::Brdf;
 use crate::clusters::Cluster;
 use crate::direction::Pair;
@@ -289,16 +289,18 @@ pub struct Prepared<'a> {
     samples: u32,
 }
 
-impl<'a> Prepared<'a> {
-    /// `samples` samples of a surface, a power of two from 64, spread by area, and what they see of the directions of `pairs`.
-    ///
-    /// # Errors
-    /// [`Error::Interrupted`] when `control` asks to stop.
-    pub fn by_area(small: &SmallScale, pairs: &'a [Pair], samples: u32, seed: u32, control: &Control<'_>) -> Result<Self> {
-        let symmetric = !small.surfaces.iter().any(|s| matches!(s.brdf, Brdf::Measured(_)));
-        Self::new(&Tracer::new(small, None, seed, control), pairs, Demand::new(pairs, symmetric), samples)
-    }
+/// Computes the values of a surface by the direct method, as [`super::effective`] does, and keeps the facets that they need and what these
+/// see: a bit a facet and direction, and about 60 bytes a facet.
+///
+/// # Errors
+/// Those of [`super::effective`].
+pub fn prepare<'a>(small: &SmallScale, pairs: &'a [Pair], quality: &Quality, control: &Control<'_>) -> Result<(Prepared<'a>, Effective)> {
+    let (effective, tracer, samples) = direct::traced(small, pairs, quality, control)?;
+    let symmetric = !small.surfaces.iter().any(|s| matches!(s.brdf, Brdf::Measured(_)));
+    Ok((Prepared::new(&tracer, pairs, Demand::new(pairs, symmetric), samples)?, effective))
+}
 
+impl<'a> Prepared<'a> {
     /// The first `samples` samples of `tracer` and what they see; `demand` is that of `pairs`.
     pub(super) fn new(tracer: &Tracer<'_>, pairs: &'a [Pair], demand: Demand, samples: u32) -> Result<Self> {
         let parts = samples.div_ceil(BATCH);

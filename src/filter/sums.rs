@@ -262,14 +262,26 @@ fn flush(acc: &mut [Lanes], channels: usize, pairs: &[Local], lobe: &Lobe<'_>, s
     }
 }
 
-/// Calls `each` with the chunks that both directions see.
-#[inline(always)]
-fn common_chunks(a: &View, b: &View, mut each: impl FnMut(usize)) {
-    let mut chunks = a.chunks & b.chunks;
-    while chunks != 0 {
-        each(chunks.trailing_zeros() as usize);
-        chunks &= chunks - 1;
+/// The chunks that both directions see.
+///
+/// An iterator and not a function that takes a closure: a closure that is too large to be inlined would be compiled for the oldest
+/// processor, and the sums would take three times as long.
+struct CommonChunks(u32);
+
+impl Iterator for CommonChunks {
+    type Item = usize;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<usize> {
+        let chunk = self.0.trailing_zeros() as usize;
+        self.0 &= self.0.wrapping_sub(1);
+        (chunk < BLOCK_CHUNKS).then_some(chunk)
     }
+}
+
+#[inline(always)]
+fn common_chunks(a: &View, b: &View) -> CommonChunks {
+    CommonChunks(a.chunks & b.chunks)
 }
 
 #[inline(always)]
@@ -277,11 +289,11 @@ fn add_constant(views: &[View], pairs: &[Local], acc: &mut [Lanes]) {
     for (pair, acc) in pairs.iter().zip(acc) {
         let (i, o) = (&views[pair.i], &views[pair.o]);
         let mut sum = *acc;
-        common_chunks(i, o, |k| {
+        for k in common_chunks(i, o) {
             for l in 0..LANES {
                 sum[l] += i.side[k][l] * o.side[k][l];
             }
-        });
+        }
         *acc = sum;
     }
 }
@@ -317,13 +329,13 @@ fn add_wide(views: &[View], pairs: &[Local], shape: Shape, acc: &mut [Lanes]) {
     for (pair, acc) in pairs.iter().zip(acc) {
         let (i, o) = (&views[pair.i], &views[pair.o]);
         let mut sum = *acc;
-        common_chunks(i, o, |k| {
+        for k in common_chunks(i, o) {
             let (sin2, cos2) = half_angle_wide(i, o, k, &pair.half);
             let value = shape.eval(&sin2, &cos2);
             for l in 0..LANES {
                 sum[l] += i.side[k][l] * o.side[k][l] * value[l];
             }
-        });
+        }
         *acc = sum;
     }
 }
@@ -333,13 +345,13 @@ fn add_narrow(facets: &Facets, block: &Range<usize>, views: &[View], pairs: &[Lo
     for (pair, acc) in pairs.iter().zip(acc) {
         let (i, o) = (&views[pair.i], &views[pair.o]);
         let mut sum = *acc;
-        common_chunks(i, o, |k| {
+        for k in common_chunks(i, o) {
             let (sin2, cos2) = half_angle_narrow(facets, block.start + k * LANES, &pair.half);
             let value = shape.eval(&sin2, &cos2);
             for l in 0..LANES {
                 sum[l] += i.side[k][l] * o.side[k][l] * value[l];
             }
-        });
+        }
         *acc = sum;
     }
 }
@@ -357,7 +369,7 @@ fn add_tinted(
 ) {
     for (pair, acc) in pairs.iter().zip(acc.chunks_exact_mut(3)) {
         let (i, o) = (&views[pair.i], &views[pair.o]);
-        common_chunks(i, o, |k| {
+        for k in common_chunks(i, o) {
             let chunk = block.start + k * LANES;
             let (sin2, cos2) = if narrow { half_angle_narrow(facets, chunk, &pair.half) } else { half_angle_wide(i, o, k, &pair.half) };
             let value = shape.eval(&sin2, &cos2);
@@ -367,7 +379,7 @@ fn add_tinted(
                     sum[l] += i.side[k][l] * o.side[k][l] * value[l] * tint[l];
                 }
             }
-        });
+        }
     }
 }
 
