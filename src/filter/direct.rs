@@ -59,11 +59,15 @@ struct Plan {
     doublings: u32,
     /// Whether they go where a pilot run finds them worth most.
     weighted: bool,
+    /// Whether clusters hold equal normals only, because the bias of others would take too much of the tolerance.
+    equal: bool,
 }
 
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "direct:{}x{}{}", self.start, 1_u32 << self.doublings, if self.weighted { ":weighted" } else { "" })
+        let mark = |set: bool, word: &'static str| if set { word } else { "" };
+        write!(f, "direct:{}x{}", self.start, 1_u32 << self.doublings)?;
+        write!(f, "{}{}", mark(self.weighted, ":weighted"), mark(self.equal, ":equal"))
     }
 }
 
@@ -75,6 +79,7 @@ impl Plan {
                 .at_field("--plan")
         };
         let rest = text.strip_prefix("direct:").ok_or_else(bad)?;
+        let (rest, equal) = rest.strip_suffix(":equal").map_or((rest, false), |left| (left, true));
         let (numbers, weighted) = rest.strip_suffix(":weighted").map_or((rest, false), |numbers| (numbers, true));
         let (start, factor) = numbers.split_once('x').ok_or_else(bad)?;
         let number = |word: &str| word.parse::<u32>().ok().filter(|n| n.is_power_of_two()).ok_or_else(bad);
@@ -87,7 +92,7 @@ impl Plan {
             )
             .at_field("--plan"));
         }
-        Ok(Self { start, doublings: factor.trailing_zeros(), weighted })
+        Ok(Self { start, doublings: factor.trailing_zeros(), weighted, equal })
     }
 
     fn samples(self) -> u32 {
@@ -142,15 +147,17 @@ pub(super) fn direct(small: &SmallScale, pairs: &[Pair], quality: &Quality, cont
     let tasks = part_demand.tasks();
     let mut run = Run { small, tracer, pairs: tried, demand: part_demand, tasks, control: *control, seconds: [0.0; 4] };
     // Clusters of unequal normals are a model, whose error must leave room for that of the samples.
+    let plan = quality.plan.as_deref().map(Plan::parse).transpose()?;
     let mut bias = run.cluster_bias()?;
-    if bias > BIAS_SHARE * quality.tolerance {
+    // A plan repeats what was chosen for the tolerance of its day.
+    let equal = plan.map_or(bias > BIAS_SHARE * quality.tolerance, |plan| plan.equal);
+    if equal {
         let equal_normals = clustering.map(|c| Clustering { spread: vec![0.0; c.spread.len()], ..c });
         run.tracer = Tracer::new(small, equal_normals.as_ref(), seed, control);
         bias = 0.0;
     }
     run.seconds[0] = (control.clock)() - began;
     let spent = || (control.clock)() - began;
-    let plan = quality.plan.as_deref().map(Plan::parse).transpose()?;
     let mut outcome = match plan {
         Some(plan) => run.repeat(plan)?,
         // On a part of a list the budget must leave time for the whole.
@@ -160,6 +167,7 @@ pub(super) fn direct(small: &SmallScale, pairs: &[Pair], quality: &Quality, cont
     if long {
         outcome = run.whole(pairs, demand, outcome.plan, quality, &spent)?;
     }
+    outcome.plan.equal = equal;
     if quality.plan.is_none() && SAFETY * outcome.relative_rms > quality.tolerance {
         let why = if quality.budget.is_some() {
             "the budget is spent"
@@ -205,7 +213,7 @@ impl<'a> Run<'a> {
     fn adapt(&mut self, quality: &Quality, spent: &dyn Fn() -> f64, share: f64) -> Result<Outcome> {
         let budget = quality.budget.map(|b| b * PLANNED * share);
         let start = if budget.is_some() { MIN_BUDGET_SAMPLES } else { MIN_SAMPLES };
-        let mut plan = Plan { start, doublings: 0, weighted: false };
+        let mut plan = Plan { start, doublings: 0, weighted: false, equal: false };
         let mut block_began = spent();
         let (mut total, mut batch) = self.block(0, start)?;
         loop {
@@ -415,7 +423,8 @@ mod tests {
 
     #[test]
     fn a_plan_reads_as_it_is_written() {
-        for plan in [Plan { start: 2048, doublings: 0, weighted: false }, Plan { start: 8192, doublings: 3, weighted: true }] {
+        for (weighted, equal) in [(false, false), (true, false), (false, true), (true, true)] {
+            let plan = Plan { start: 8192, doublings: 3, weighted, equal };
             assert_eq!(Plan::parse(&plan.to_string()).unwrap(), plan);
         }
         for text in [
