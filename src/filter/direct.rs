@@ -47,6 +47,10 @@ const MOST_CLUSTERS: usize = 64;
 const MOST_CLUSTERS_LONG: usize = 256;
 /// Pairs on which the bias of clusters is measured (`numerics.md`, section 3.6).
 const BIAS_PAIRS: usize = 256;
+/// Samples up to which directions are looked into that hardly any sample sees.
+const MOST_SEARCH: u32 = 1 << 18;
+/// The same as samples times pairs: about a second.
+const MOST_SEARCH_SUMS: usize = 1 << 30;
 /// Share of a tolerance that this bias may take.
 const BIAS_SHARE: f64 = 0.3;
 
@@ -124,6 +128,8 @@ struct Outcome {
     values: Vec<Value>,
     relative_rms: f64,
     plan: Plan,
+    /// Directions for which [`prepared::barely_seen`] holds.
+    barely_seen: usize,
 }
 
 pub(super) fn direct(small: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
@@ -176,6 +182,18 @@ pub(super) fn direct(small: &SmallScale, pairs: &[Pair], quality: &Quality, cont
         };
         notes.push(format!("the tolerance of {} is not met: {why}", quality.tolerance));
     }
+    if outcome.barely_seen > 0 {
+        notes.push(format!(
+            "{} directions see so few of the samples that what they show may be missed: `--method reference` finds it",
+            outcome.barely_seen
+        ));
+    }
+    // Directions below the horizon are black, and no news.
+    let above = |pair: &Pair| pair.wi.z >= 0.0 && pair.wo.z >= 0.0;
+    let black = outcome.values.iter().zip(pairs).filter(|(v, pair)| v.av == 0.0 && above(pair)).count();
+    if black > 0 {
+        notes.push(format!("{black} pairs see no front face: their values are 0"));
+    }
     if bias > 0.0 {
         outcome.relative_rms = outcome.relative_rms.hypot(bias);
         for value in &mut outcome.values {
@@ -222,8 +240,14 @@ impl<'a> Run<'a> {
             let wanted = needed(total.samples, SAFETY * relative_rms / quality.tolerance);
             (self.control.progress)("samples", f64::from(total.samples) / f64::from(wanted.max(total.samples)));
             let affordable = |samples: u32| budget.is_none_or(|b| spent() + per_sample * f64::from(samples) <= b);
-            if SAFETY * relative_rms <= quality.tolerance || total.samples == MAX_SAMPLES || !affordable(total.samples) {
-                return Ok(Outcome { values, relative_rms, plan });
+            let barely_seen = prepared::barely_seen(&self.tracer.surface, &self.demand.directions, &total.areas);
+            // An error that no sample has seen is not in the estimate.
+            let search = barely_seen > 0
+                && total.samples < MOST_SEARCH
+                && (total.samples as usize).saturating_mul(self.demand.pairs.len()) < MOST_SEARCH_SUMS;
+            let met = SAFETY * relative_rms <= quality.tolerance && !search;
+            if met || total.samples == MAX_SAMPLES || !affordable(total.samples) {
+                return Ok(Outcome { values, relative_rms, plan, barely_seen });
             }
             block_began = spent();
             let fresh = if plan.weighted || wanted <= 2 * total.samples || self.tracer.is_clustered() {
@@ -245,7 +269,7 @@ impl<'a> Run<'a> {
                 }
                 // A density that was just chosen must not be mixed with the one before.
                 None if fresh.is_some() && plan.weighted && plan.doublings == 0 => {
-                    return Ok(Outcome { values, relative_rms, plan: Plan { weighted: false, ..plan } });
+                    return Ok(Outcome { values, relative_rms, plan: Plan { weighted: false, ..plan }, barely_seen });
                 }
                 None => {
                     total = total.merge(&self.block(total.samples, total.samples)?.0);
@@ -267,7 +291,8 @@ impl<'a> Run<'a> {
             total = total.merge(&self.block(total.samples, total.samples)?.0);
         }
         let (values, relative_rms) = self.values(&total);
-        Ok(Outcome { values, relative_rms, plan })
+        let barely_seen = prepared::barely_seen(&self.tracer.surface, &self.demand.directions, &total.areas);
+        Ok(Outcome { values, relative_rms, plan, barely_seen })
     }
 
     /// The whole of a long list, with the density, and at first the number of samples, that its part found.
@@ -298,7 +323,8 @@ impl<'a> Run<'a> {
             }
             let met = SAFETY * relative_rms <= quality.tolerance;
             if met || quality.budget.is_some() || quality.plan.is_some() || 2 * samples > most {
-                return Ok(Outcome { values, relative_rms, plan: Plan { start: samples, doublings: 0, ..plan } });
+                let barely_seen = prepared.barely_seen(&self.tracer.surface);
+                return Ok(Outcome { values, relative_rms, plan: Plan { start: samples, doublings: 0, ..plan }, barely_seen });
             }
             samples *= 2;
             demand = Some(prepared.into_demand());
