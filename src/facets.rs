@@ -53,6 +53,8 @@ pub struct Surface {
     pub areas: Vec<f64>,
     /// Places of the triangles, those that reach highest first.
     pub top_down: Vec<u32>,
+    /// A lattice point in x and y near the triangles, and their lowest z: positions from here keep their digits in f32.
+    pub base: DVec3,
     /// Highest less lowest z.
     pub height: f64,
     /// Whether the surface has no boundary: each edge has its reverse, in this tile or the next.
@@ -142,6 +144,7 @@ impl Surface {
             unit,
             period: tile.period / unit,
             top_down,
+            base: (low.truncate() / (tile.period / unit)).floor().extend(0.0) * (tile.period / unit).extend(0.0) + DVec3::Z * low.z,
             height: height.max(0.0),
             closed: is_closed(&vertices, &triangles, tile.period / unit),
             group: order.iter().map(|o| group[o.1 as usize]).collect(),

@@ -98,7 +98,7 @@ impl Kernel for Add<'_> {
     fn run(self) {
         let Self { pair, ranges, lobes, weight, sums } = self;
         let colours: Vec<[f64; 3]> = {
-            let i_dot_h = pair.wi.dot((pair.wi + pair.wo).normalize_or_zero());
+            let i_dot_h = 0.5 * (pair.wi + pair.wo).length();
             lobes.iter().map(|l| l.lobe.colour_at(i_dot_h).map(|c| c * weight)).collect()
         };
         for (k, ranges) in ranges.chunks(LANES).enumerate() {
@@ -151,7 +151,9 @@ impl ClusteredLobe<'_> {
             for l in 0..LANES {
                 let xy =
                     m[3][l] * (i[0] * o[1] + i[1] * o[0]) + m[4][l] * (i[0] * o[2] + i[2] * o[0]) + m[5][l] * (i[1] * o[2] + i[2] * o[1]);
-                value[l] = (m[0][l] * i[0] * o[0] + m[1][l] * i[1] * o[1] + m[2][l] * i[2] * o[2] + xy).max(0.0);
+                // Products of i and o first: they have the same bits both ways round.
+                let squares = m[0][l] * (i[0] * o[0]) + m[1][l] * (i[1] * o[1]) + m[2][l] * (i[2] * o[2]);
+                value[l] = (squares + xy).max(0.0);
             }
         } else {
             let clamp = |c: Lanes| c.map(|c| c.clamp(0.0, 1.0));

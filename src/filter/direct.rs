@@ -47,6 +47,10 @@ const MOST_CLUSTERS: usize = 64;
 const MOST_CLUSTERS_LONG: usize = 256;
 /// Pairs on which the bias of clusters is measured (`numerics.md`, section 3.6).
 const BIAS_PAIRS: usize = 256;
+/// Samples up to which directions are looked into that hardly any sample sees.
+const MOST_SEARCH: u32 = 1 << 18;
+/// The same as samples times pairs: about a second.
+const MOST_SEARCH_SUMS: usize = 1 << 30;
 /// Share of a tolerance that this bias may take.
 const BIAS_SHARE: f64 = 0.3;
 
@@ -59,11 +63,15 @@ struct Plan {
     doublings: u32,
     /// Whether they go where a pilot run finds them worth most.
     weighted: bool,
+    /// Whether clusters hold equal normals only, because the bias of others would take too much of the tolerance.
+    equal: bool,
 }
 
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "direct:{}x{}{}", self.start, 1_u32 << self.doublings, if self.weighted { ":weighted" } else { "" })
+        let mark = |set: bool, word: &'static str| if set { word } else { "" };
+        write!(f, "direct:{}x{}", self.start, 1_u32 << self.doublings)?;
+        write!(f, "{}{}", mark(self.weighted, ":weighted"), mark(self.equal, ":equal"))
     }
 }
 
@@ -75,6 +83,7 @@ impl Plan {
                 .at_field("--plan")
         };
         let rest = text.strip_prefix("direct:").ok_or_else(bad)?;
+        let (rest, equal) = rest.strip_suffix(":equal").map_or((rest, false), |left| (left, true));
         let (numbers, weighted) = rest.strip_suffix(":weighted").map_or((rest, false), |numbers| (numbers, true));
         let (start, factor) = numbers.split_once('x').ok_or_else(bad)?;
         let number = |word: &str| word.parse::<u32>().ok().filter(|n| n.is_power_of_two()).ok_or_else(bad);
@@ -87,7 +96,7 @@ impl Plan {
             )
             .at_field("--plan"));
         }
-        Ok(Self { start, doublings: factor.trailing_zeros(), weighted })
+        Ok(Self { start, doublings: factor.trailing_zeros(), weighted, equal })
     }
 
     fn samples(self) -> u32 {
@@ -119,6 +128,8 @@ struct Outcome {
     values: Vec<Value>,
     relative_rms: f64,
     plan: Plan,
+    /// Directions for which [`prepared::barely_seen`] holds.
+    barely_seen: usize,
 }
 
 pub(super) fn direct(small: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
@@ -152,15 +163,17 @@ pub(super) fn traced<'a>(
     let tasks = part_demand.tasks();
     let mut run = Run { small, tracer, pairs: tried, demand: part_demand, tasks, control: *control, seconds: [0.0; 4] };
     // Clusters of unequal normals are a model, whose error must leave room for that of the samples.
+    let plan = quality.plan.as_deref().map(Plan::parse).transpose()?;
     let mut bias = run.cluster_bias()?;
-    if bias > BIAS_SHARE * quality.tolerance {
+    // A plan repeats what was chosen for the tolerance of its day.
+    let equal = plan.map_or(bias > BIAS_SHARE * quality.tolerance, |plan| plan.equal);
+    if equal {
         let equal_normals = clustering.map(|c| Clustering { spread: vec![0.0; c.spread.len()], ..c });
         run.tracer = Tracer::new(small, equal_normals.as_ref(), seed, control);
         bias = 0.0;
     }
     run.seconds[0] = (control.clock)() - began;
     let spent = || (control.clock)() - began;
-    let plan = quality.plan.as_deref().map(Plan::parse).transpose()?;
     let mut outcome = match plan {
         Some(plan) => run.repeat(plan)?,
         // On a part of a list the budget must leave time for the whole.
@@ -170,6 +183,7 @@ pub(super) fn traced<'a>(
     if long {
         outcome = run.whole(pairs, demand, outcome.plan, quality, &spent)?;
     }
+    outcome.plan.equal = equal;
     if quality.plan.is_none() && SAFETY * outcome.relative_rms > quality.tolerance {
         let why = if quality.budget.is_some() {
             "the budget is spent"
@@ -177,6 +191,18 @@ pub(super) fn traced<'a>(
             "more samples would not fit the memory that this method allows itself"
         };
         notes.push(format!("the tolerance of {} is not met: {why}", quality.tolerance));
+    }
+    if outcome.barely_seen > 0 {
+        notes.push(format!(
+            "{} directions see so few of the samples that what they show may be missed: `--method reference` finds it",
+            outcome.barely_seen
+        ));
+    }
+    // Directions below the horizon are black, and no news.
+    let above = |pair: &Pair| pair.wi.z >= 0.0 && pair.wo.z >= 0.0;
+    let black = outcome.values.iter().zip(pairs).filter(|(v, pair)| v.av == 0.0 && above(pair)).count();
+    if black > 0 {
+        notes.push(format!("{black} pairs see no front face: their values are 0"));
     }
     if bias > 0.0 {
         outcome.relative_rms = outcome.relative_rms.hypot(bias);
@@ -216,7 +242,7 @@ impl Run<'_, '_> {
     fn adapt(&mut self, quality: &Quality, spent: &dyn Fn() -> f64, share: f64) -> Result<Outcome> {
         let budget = quality.budget.map(|b| b * PLANNED * share);
         let start = if budget.is_some() { MIN_BUDGET_SAMPLES } else { MIN_SAMPLES };
-        let mut plan = Plan { start, doublings: 0, weighted: false };
+        let mut plan = Plan { start, doublings: 0, weighted: false, equal: false };
         let mut block_began = spent();
         let (mut total, mut batch) = self.block(0, start)?;
         loop {
@@ -225,8 +251,14 @@ impl Run<'_, '_> {
             let wanted = needed(total.samples, SAFETY * relative_rms / quality.tolerance);
             (self.control.progress)("samples", f64::from(total.samples) / f64::from(wanted.max(total.samples)));
             let affordable = |samples: u32| budget.is_none_or(|b| spent() + per_sample * f64::from(samples) <= b);
-            if SAFETY * relative_rms <= quality.tolerance || total.samples == MAX_SAMPLES || !affordable(total.samples) {
-                return Ok(Outcome { values, relative_rms, plan });
+            let barely_seen = prepared::barely_seen(&self.tracer.surface, &self.demand.directions, &total.areas);
+            // An error that no sample has seen is not in the estimate.
+            let search = barely_seen > 0
+                && total.samples < MOST_SEARCH
+                && (total.samples as usize).saturating_mul(self.demand.pairs.len()) < MOST_SEARCH_SUMS;
+            let met = SAFETY * relative_rms <= quality.tolerance && !search;
+            if met || total.samples == MAX_SAMPLES || !affordable(total.samples) {
+                return Ok(Outcome { values, relative_rms, plan, barely_seen });
             }
             block_began = spent();
             let fresh = if plan.weighted || wanted <= 2 * total.samples || self.tracer.is_clustered() {
@@ -248,7 +280,7 @@ impl Run<'_, '_> {
                 }
                 // A density that was just chosen must not be mixed with the one before.
                 None if fresh.is_some() && plan.weighted && plan.doublings == 0 => {
-                    return Ok(Outcome { values, relative_rms, plan: Plan { weighted: false, ..plan } });
+                    return Ok(Outcome { values, relative_rms, plan: Plan { weighted: false, ..plan }, barely_seen });
                 }
                 None => {
                     total = total.merge(&self.block(total.samples, total.samples)?.0);
@@ -270,7 +302,8 @@ impl Run<'_, '_> {
             total = total.merge(&self.block(total.samples, total.samples)?.0);
         }
         let (values, relative_rms) = self.values(&total);
-        Ok(Outcome { values, relative_rms, plan })
+        let barely_seen = prepared::barely_seen(&self.tracer.surface, &self.demand.directions, &total.areas);
+        Ok(Outcome { values, relative_rms, plan, barely_seen })
     }
 
     /// The whole of a long list, with the density, and at first the number of samples, that its part found.
@@ -301,7 +334,8 @@ impl Run<'_, '_> {
             }
             let met = SAFETY * relative_rms <= quality.tolerance;
             if met || quality.budget.is_some() || quality.plan.is_some() || 2 * samples > most {
-                return Ok(Outcome { values, relative_rms, plan: Plan { start: samples, doublings: 0, ..plan } });
+                let barely_seen = prepared.barely_seen(&self.tracer.surface);
+                return Ok(Outcome { values, relative_rms, plan: Plan { start: samples, doublings: 0, ..plan }, barely_seen });
             }
             samples *= 2;
             demand = Some(prepared.into_demand());
@@ -426,7 +460,8 @@ mod tests {
 
     #[test]
     fn a_plan_reads_as_it_is_written() {
-        for plan in [Plan { start: 2048, doublings: 0, weighted: false }, Plan { start: 8192, doublings: 3, weighted: true }] {
+        for (weighted, equal) in [(false, false), (true, false), (false, true), (true, true)] {
+            let plan = Plan { start: 8192, doublings: 3, weighted, equal };
             assert_eq!(Plan::parse(&plan.to_string()).unwrap(), plan);
         }
         for text in [

@@ -105,7 +105,7 @@ impl Kernel for Residuals<'_> {
     fn run(self) {
         let Self { facets, start, groups, lobes, light, viewer, known, squares } = self;
         let half = Half::new(light.0, viewer.0);
-        let i_dot_h = light.0.dot((light.0 + viewer.0).normalize_or_zero());
+        let i_dot_h = 0.5 * (light.0 + viewer.0).length();
         let (q, inverse_a) = (known.q as f32, (1.0 / known.a) as f32);
         for (range, group) in facets.ranges.iter().zip(groups) {
             let lobes = &lobes[usize::from(group.surface)];

@@ -87,7 +87,7 @@ pub fn lobes(brdf: &Brdf, tint: Colour) -> Vec<Lobe<'_>> {
 }
 
 impl Lobe<'_> {
-    /// Colour of the lobe for a pair whose half vector has cosine `i_dot_h` with the light.
+    /// Colour of the lobe for a pair whose half vector has cosine `i_dot_h` with the light: `|wi + wo| / 2`, which has the same bits both ways round.
     pub fn colour_at(&self, i_dot_h: f64) -> Colour {
         let grazing = (1.0 - i_dot_h).clamp(0.0, 1.0).powi(5);
         std::array::from_fn(|c| self.colour[c] * self.f0.map_or(1.0, |f| f[c] + (1.0 - f[c]) * grazing))
@@ -165,7 +165,10 @@ impl Shape {
             Self::Beckmann(inverse_a2) => {
                 for l in 0..LANES {
                     let inverse_cos2 = 1.0 / cos2[l].max(1e-8);
-                    out[l] = exp(-(sin2[l] * inverse_cos2) * inverse_a2) * inverse_cos2 * inverse_cos2;
+                    let x = sin2[l] * inverse_cos2 * inverse_a2;
+                    // Where `exp` ends at 2^-80, 1/cos⁴ would bring it back to life.
+                    let value = exp(-x) * inverse_cos2 * inverse_cos2;
+                    out[l] = if x < END_OF_EXP { value } else { 0.0 };
                 }
             }
             Self::Ward(inverse_a2) => {
@@ -182,6 +185,9 @@ impl Shape {
         out
     }
 }
+
+/// `-x` from which on [`exp`] gives 2^-80.
+const END_OF_EXP: f32 = 55.0;
 
 /// `e^x` for `x <= 0`, relative error below 3e-7; 2^-80 from there down: subnormal numbers would be ten times slower.
 #[inline(always)]

@@ -215,6 +215,13 @@ pub fn surface_lobes(surfaces: &[material::Surface]) -> Vec<Vec<Lobe<'_>>> {
     surfaces.iter().map(|s| lobes::lobes(&s.brdf, of(s))).collect()
 }
 
+/// How many of `directions`, with sums of visible `areas`, a triangle faces and yet a whole set of samples shows nothing of: so few samples
+/// see them that a spread of the sets does not tell the error.
+pub fn barely_seen(surface: &Surface, directions: &[DVec3], areas: &[[f64; SETS]]) -> usize {
+    let faced = |w: DVec3| surface.normals.iter().any(|n| n.dot(w) > 0.0);
+    directions.iter().zip(areas).filter(|(w, sets)| sets.contains(&0.0) && faced(**w)).count()
+}
+
 /// Adds the sums over a batch of visible area, one element a direction.
 pub fn add_areas(batch: &Batch, demand: &Demand, areas: &mut [[f64; SETS]]) {
     areas.par_iter_mut().zip(&demand.directions).enumerate().for_each(|(d, (area, &direction))| {
@@ -317,6 +324,11 @@ impl<'a> Prepared<'a> {
     /// Gives the demand back, for another number of samples.
     pub(super) fn into_demand(self) -> Demand {
         self.demand
+    }
+
+    /// Directions for which [`barely_seen`] holds, on the surface that the samples lie on.
+    pub(super) fn barely_seen(&self, surface: &Surface) -> usize {
+        barely_seen(surface, &self.demand.directions, &self.areas)
     }
 
     /// Seconds that sampling and visibility took.

@@ -257,11 +257,12 @@ impl Tally {
                 let squares: f64 = self.batches.iter().map(|b| ((b.0[c] - q * f64::from(b.1)) / n - mean).powi(2)).sum();
                 squares / (batches * (batches - 1.0))
             };
-            // Stratified rays can agree in all batches and yet be off by a part of a ray each: no mean is known better than
-            // to half of what one ray can change.
+            // Stratified rays can agree in all batches and yet be off by a part of a ray each. Sixteen batches that agree leave room
+            // for a chance of up to 1/6 (95 %) that one ray of a batch should differ: no mean is known better than to what one ray
+            // can change, a third of that.
             let least = if front_rays < rays as u32 { 0.0 } else { self.range[0][c] };
-            let step = 0.5 * (self.range[1][c] - self.range[0][c]) / rays;
-            let light_step = 0.5 * (self.range[1][c] - least) / rays;
+            let step = (self.range[1][c] - self.range[0][c]) / rays;
+            let light_step = (self.range[1][c] - least) / rays;
             // Rays that were given up could be dark, or see anything that the others do.
             let change = (self.doubtful[c] + q * f64::from(self.lost)) / rays;
             estimate.light[c] = light;

@@ -251,7 +251,7 @@ fn add_lobe(facets: &Facets, range: Range<usize>, directions: &[(DVec3, &[u64])]
 /// Adds the sums in f32 to the sets, coloured, and clears them.
 fn flush(acc: &mut [Lanes], channels: usize, pairs: &[Local], lobe: &Lobe<'_>, sums: &mut [PairSums]) {
     for ((acc, pair), sums) in acc.chunks_exact_mut(channels).zip(pairs).zip(sums) {
-        let colour = lobe.colour_at(pair.wi.dot((pair.wi + pair.wo).normalize_or_zero()));
+        let colour = lobe.colour_at(0.5 * (pair.wi + pair.wo).length());
         for (r, set) in sums.iter_mut().enumerate() {
             for c in 0..3 {
                 let lanes = &acc[c.min(channels - 1)];

@@ -111,6 +111,7 @@ fn visible_in_lanes(surface: &Surface, facets: &Facets, direction: DVec3, scratc
     let project = |p: DVec3| (DVec2::new(p.x, p.y) - p.z * shear) / surface.period;
     vertex.clear();
     vertex.extend(surface.vertices.iter().map(|&p| {
+        let p = p - surface.base;
         let uv = project(p);
         [uv.x as f32, uv.y as f32, p.z as f32]
     }));
@@ -121,6 +122,7 @@ fn visible_in_lanes(surface: &Surface, facets: &Facets, direction: DVec3, scratc
     open.extend(
         (0..).zip(facets.triangle.iter().zip(&facets.position)).filter(|(_, (t, _))| **t != NO_TRIANGLE && facing[**t as usize]).map(
             |(facet, (&triangle, &position))| {
+                let position = position - surface.base;
                 let uv = project(position);
                 let uv = uv - uv.floor();
                 Point { uv: [uv.x as f32, uv.y as f32], z: (position.z + bias) as f32, triangle, facet }
