@@ -2,6 +2,8 @@
 //!
 //! usage: `cargo bench --bench degenerate -- [CASE...]`
 
+#![allow(clippy::print_stdout, clippy::unwrap_used, reason = "benchmarks print, and stop where something is wrong")]
+
 mod common;
 
 use biscale::direction::Pair;

@@ -6,6 +6,8 @@
 //!
 //! usage: `cargo bench --bench paper_matrix -- [--directions N] [CASE...]`
 
+#![allow(clippy::print_stdout, clippy::unwrap_used, reason = "benchmarks print, and stop where something is wrong")]
+
 mod common;
 
 use biscale::brdf::Distribution;

@@ -9,6 +9,8 @@
 //!
 //! usage: `cargo bench --bench table -- [--json] [--noise N] [CASE...]`     with `--noise` for all cases instead of the listed one
 
+#![allow(clippy::print_stdout, clippy::unwrap_used, reason = "benchmarks print, and stop where something is wrong")]
+
 mod common;
 
 use biscale::brdf::Brdf;
