@@ -15,8 +15,8 @@ use crate::clusters::{Cluster, clusters};
 use crate::low_discrepancy::{fraction, sobol_2d};
 use crate::material::{SmallScale, Tint};
 use glam::{DVec2, DVec3, Vec3};
+use rustc_hash::FxHashMap;
 use std::cmp::Ordering;
-use std::collections::HashMap;
 use std::ops::Range;
 
 /// Sets of facets whose spread gives the standard error.
@@ -193,7 +193,7 @@ fn is_closed(vertices: &[DVec3], triangles: &[[u32; 3]], period: DVec2) -> bool 
         let wrapped = xy - (xy / cells).floor() * cells;
         [wrapped.x, wrapped.y, (v.z / WELD).round()].map(|x| x + 0.0).map(f64::to_bits)
     };
-    let mut places: HashMap<[u64; 3], u32> = HashMap::new();
+    let mut places: FxHashMap<[u64; 3], u32> = FxHashMap::default();
     let ids: Vec<u32> = vertices
         .iter()
         .map(|v| {
@@ -201,7 +201,7 @@ fn is_closed(vertices: &[DVec3], triangles: &[[u32; 3]], period: DVec2) -> bool 
             *places.entry(key(v)).or_insert(next)
         })
         .collect();
-    let mut balance: HashMap<[u32; 2], i32> = HashMap::new();
+    let mut balance: FxHashMap<[u32; 2], i32> = FxHashMap::default();
     for t in triangles {
         for k in 0..3 {
             let (a, b) = (ids[t[k] as usize], ids[t[(k + 1) % 3] as usize]);

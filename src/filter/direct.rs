@@ -151,7 +151,7 @@ pub(super) fn traced<'a>(
     #[expect(clippy::cast_possible_truncation, reason = "both halves of the seed are used")]
     let seed = hash(hash(quality.seed as u32) ^ (quality.seed >> 32) as u32);
     let long = demand.pairs.len() > LONG;
-    let clustering = clustering(small, if long { MOST_CLUSTERS_LONG } else { MOST_CLUSTERS });
+    let clustering = clustering(small, long);
     let tracer = Tracer::new(small, clustering.as_ref(), seed, control);
     let part: Vec<Pair>;
     let (tried, part_demand) = if long {
@@ -417,15 +417,19 @@ impl Run<'_, '_> {
     }
 }
 
-/// How the triangles may be clustered: by the narrowest lobe of each surface. `None` where an image tints each facet by itself.
-fn clustering(small: &SmallScale, most: usize) -> Option<Clustering> {
+/// How the triangles may be clustered: equal normals, and for long lists also those that the narrowest lobe of each surface tells little
+/// apart; for short ones, whose cost is the visibility, measuring their bias would cost more than they save. `None` where an image tints
+/// each facet by itself.
+fn clustering(small: &SmallScale, long: bool) -> Option<Clustering> {
     let uniform = small.surfaces.iter().all(|s| matches!(s.tint, Tint::Uniform(_)));
     let spread = |s: &Surface| match &s.brdf {
+        _ if !long => 0.0,
         Brdf::Lambert { .. } => SPREAD_PER_ALPHA,
         Brdf::CookTorrance { alpha, .. } | Brdf::Ward { alpha, .. } => SPREAD_PER_ALPHA * alpha,
         // These do not widen.
         Brdf::BlinnPhong { .. } | Brdf::Measured(_) => 0.0,
     };
+    let most = if long { MOST_CLUSTERS_LONG } else { MOST_CLUSTERS };
     uniform.then(|| Clustering { spread: small.surfaces.iter().map(spread).collect(), most })
 }
 
