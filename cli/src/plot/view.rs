@@ -317,6 +317,6 @@ mod tests {
 
     #[test]
     fn white_black_and_middle_grey_are_encoded_as_the_standard_says() {
-        assert_eq!([0.0, 1.0, 0.214_041, 2.0, -1.0].map(srgb), [0, 255, 128, 255, 0]);
+        assert_eq!([0.0, 1.0, 0.215_861, 2.0, -1.0].map(srgb), [0, 255, 128, 255, 0]);
     }
 }
