@@ -1,32 +1,63 @@
 #!/bin/sh
-# The effective BRDFs of the sample materials: values along a slice, polar plots with error bars, a view of each surface, and one baked
-# table; all in one folder, with an index to open in a browser.
+# The effective BRDFs of the sample materials as pictures, tables and values, in one folder with a page that shows them.
 #
 # usage: scripts/demo.sh BISCALE FOLDER
 set -eu
 biscale=$1
 folder=$2
 mkdir -p "$folder"
-index="$folder/index.html"
-{
-    echo '<!doctype html><meta charset="utf-8"><title>biscale: sample materials</title>'
-    echo '<style>body{font:16px sans-serif;max-width:70rem;margin:2rem auto}img{width:100%}code{background:#eee}</style>'
-    echo '<h1>Sample materials</h1>'
-} > "$index"
+
+# Relative RMS error of the plots, and of the baked table. The program's own default, .005, is for use; these are for looking at.
+plot_tolerance=0.01
+bake_tolerance=0.02
+
+page="$folder/index.html"
+part="$page.part"
+trap 'rm -f "$part"' EXIT
+cat >"$part" <<'HTML'
+<!doctype html>
+<html lang="en">
+<meta charset="utf-8">
+<title>biscale: effective BRDFs of the samples</title>
+<style>
+body { font: 16px/1.5 sans-serif; max-width: 76rem; margin: 2rem auto; padding: 0 1rem; color: #222 }
+img { max-width: 100%; height: auto } .view { width: 34% } .polar { width: 64% }
+h2 { font-size: 1.1rem; margin: 2.5rem 0 0 } p { margin: .2rem 0 .6rem } code { background: #f2f2f2; padding: 0 .3em }
+</style>
+<h1>Effective BRDFs of the samples</h1>
+<p>Left: the small-scale surface. Right: how it reflects from afar, in slices: light at three angles, viewers in the
+plane of incidence and across it. Each picture can be made again by the command above it.</p>
+HTML
+
+# html TEXT: TEXT with the letters that mean something in HTML escaped
+html() { printf '%s' "$1" | sed 's/&/\&amp;/g; s/</\&lt;/g; s/>/\&gt;/g'; }
+
 for material in samples/*.toml; do
     name=$(basename "$material" .toml)
-    echo "--- $material"
-    "$biscale" eval "$material" --pairs samples/slice.csv -o "$folder/$name.csv"
-    "$biscale" plot "$material" -o "$folder" --quiet
-    {
-        echo "<h2>$name</h2>"
-        echo "<p><code>biscale plot $material -o $folder</code></p>"
-        echo "<img src=\"$name-view.png\" alt=\"the surface of $name\">"
-        echo "<img src=\"$name-polar.png\" alt=\"polar plots of the effective BRDF of $name\">"
-    } >> "$index"
+    # The first line of a sample says what it is.
+    what=$(sed -n '1s/^# *//p' "$material")
+    echo "--- $name: $what"
+    "$biscale" plot "$material" -o "$folder" --tolerance $plot_tolerance
+    cat >>"$part" <<HTML
+<h2>$(html "$what")</h2>
+<p><code>biscale plot samples/$name.toml -o demo --tolerance $plot_tolerance</code></p>
+<a href="$name-view.svg"><img class="view" src="$name-view.png" alt="the surface"></a>
+<a href="$name-polar.svg"><img class="polar" src="$name-polar.png" alt="polar plots"></a>
+HTML
 done
-echo "--- the whole effective BRDF of the two-hue grooves, as a table"
-"$biscale" bake samples/grooves-two-hue.toml --tolerance 0.02 -o "$folder/grooves-two-hue.exr"
-"$biscale" eval "$folder/grooves-two-hue.exr" --pairs samples/slice.csv -o "$folder/grooves-two-hue-table.csv"
-echo
-echo "Wrote values (.csv), pictures (.png, .svg) and a table (.exr) to $folder; open $index"
+
+echo "--- A whole effective BRDF as a table, values out of it, and its plots"
+table=grooves-two-hue-table
+"$biscale" bake samples/grooves-two-hue.toml -o "$folder/$table.exr" --tolerance $bake_tolerance
+"$biscale" eval "$folder/$table.exr" --pairs samples/slice.csv -o "$folder/slice.csv"
+"$biscale" plot "$folder/$table.exr" -o "$folder" --no-view
+cat >>"$part" <<HTML
+<h2>A whole effective BRDF as a table</h2>
+<p><code>biscale bake samples/grooves-two-hue.toml -o demo/$table.exr --tolerance $bake_tolerance</code>, then
+<code>biscale eval demo/$table.exr --pairs samples/slice.csv -o demo/slice.csv</code>, and <code>biscale plot</code> of the table:
+compare it with the plot above, which is computed for exactly its directions.</p>
+<img class="polar" src="$table-polar.png" alt="polar plots of the table">
+</html>
+HTML
+mv "$part" "$page"
+echo "--- done: open $(cd "$folder" && pwd)/index.html"

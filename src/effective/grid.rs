@@ -1,10 +1,13 @@
 //! Directions of the hemisphere as a triangle mesh, and weights between its nodes.
 //!
 //! **Nodes.** Ring `k = 0..=K` holds `6 k` nodes (ring 0 one, straight up) at azimuths `2 pi j / (6 k)` and at
-//! `cos(theta) = 1 - (k/K)²`: the rings cut the hemisphere into bands whose areas grow as the areas of a hexagon's rings
-//! do, so each node stands for the same solid angle (the concentric equal-area map of Shirley and Chiu 1997, on a hexagon
-//! in place of a square). Ring `K` lies on the horizon, at [`MIN_COSINE`]. There is no pole to interpolate across, every
-//! `w` has its opposite azimuth among the nodes, and there are `1 + 3 K (K + 1)` nodes.
+//! `cos(theta) = (1 - (k/K)²)^1.5`. With the exponent 1 each node would stand for the same solid angle (the concentric map
+//! of Shirley and Chiu 1997, on a hexagon in place of a square); 1.5 brings the rings closer together towards the horizon,
+//! where shadows move fastest and `fbar = S/av` magnifies what is left: on 12 and 24 rings, off the nodes, a diffuse V-groove of 30
+//! degrees then errs by .0065 and .0022 (.0090 and .0028 with exponent 1, .0065 and .0023 with 1.25), one of 45 degrees and
+//! GGX .3 by .021 and .006 (.035 and .013; .024 and .007), a flat GGX .1 by .054 and .019 (.064 and .017; .058 and .017). Ring `K` lies
+//! on the horizon, at [`MIN_COSINE`]. There is no pole to interpolate across, every `w` has its opposite azimuth among the
+//! nodes, and there are `1 + 3 K (K + 1)` nodes.
 //!
 //! **Weights.** A direction inside the spherical triangle of nodes `W1 W2 W3` has the weights `b` that solve
 //! `b1 W1 + b2 W2 + b3 W3 = w`. They are not negative, continuous across edges, and reproduce the *vector*. Facet by facet
@@ -41,6 +44,9 @@ const ON_EDGE: f64 = -1e-12;
 /// Most triangles that are walked through; the test sees fewer than 4.
 const MAX_STEPS: usize = 32;
 
+/// Exponent of `cos(theta) = (1 - (k/K)²)^e`.
+const ELEVATION_EXPONENT: f64 = 1.5;
+
 /// Number of nodes of `rings` rings: `1 + 3 K (K + 1)`.
 pub const fn node_count(rings: usize) -> usize {
     1 + 3 * rings * (rings + 1)
@@ -57,7 +63,7 @@ fn node(rings: usize, k: usize, j: usize) -> DVec3 {
         return DVec3::Z;
     }
     let radius = k as f64 / rings as f64;
-    let z = (1.0 - radius * radius).max(MIN_COSINE);
+    let z = (1.0 - radius * radius).powf(ELEVATION_EXPONENT).max(MIN_COSINE);
     let (sin, cos) = (TAU * j as f64 / (6 * k) as f64).sin_cos();
     let rho = ((1.0 - z) * (1.0 + z)).sqrt();
     DVec3::new(rho * cos, rho * sin, z)
@@ -80,7 +86,7 @@ struct Place {
 
 fn place(rings: usize, w: DVec3) -> Place {
     // 1 - z loses digits near the pole only where the position inside the first ring does not need them.
-    let x = (1.0 - w.z).clamp(0.0, 1.0).sqrt() * rings as f64;
+    let x = (1.0 - w.z.max(0.0).powf(1.0 / ELEVATION_EXPONENT)).clamp(0.0, 1.0).sqrt() * rings as f64;
     let turn = w.y.atan2(w.x).rem_euclid(TAU) / FRAC_PI_3;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small and not negative: the fraction is what is dropped")]
     let whole = |v: f64| v as usize;
@@ -249,15 +255,19 @@ mod tests {
     }
 
     #[test]
-    fn nodes_stand_for_equal_solid_angles() {
-        // Each lattice triangle covers 2 pi / (6 K²) steradians: count spread directions in the triangles of each band.
+    fn lattice_triangles_get_smaller_towards_the_horizon_and_not_too_small() {
+        // A band between r1 and r2 covers z(r1) - z(r2) of 2 pi, in 6 (2 k + 1) triangles: count spread directions.
         let rings = 6;
         let n = 200_000;
         let mut count = vec![0.0; 6 * rings * rings];
         for w in spread(n) {
             count[place(rings, w).triangle()] += 1.0;
         }
-        let mean = n as f64 / count.len() as f64;
-        assert!(count.iter().all(|c| (c / mean - 1.0).abs() < 0.05), "{count:?}");
+        for k in 0..rings {
+            let band = &count[6 * k * k..6 * (k + 1) * (k + 1)];
+            let z = |k: usize| (1.0 - (k * k) as f64 / (rings * rings) as f64).powf(ELEVATION_EXPONENT);
+            let expected = n as f64 * (z(k) - z(k + 1)) / band.len() as f64;
+            assert!(band.iter().all(|c| (c / expected - 1.0).abs() < 0.1), "ring {k}: {band:?}, expected {expected}");
+        }
     }
 }
