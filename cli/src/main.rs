@@ -3,6 +3,7 @@
 mod bake;
 mod check;
 mod eval;
+mod fold;
 mod interrupt;
 mod later;
 mod new;
@@ -51,8 +52,8 @@ enum Command {
     Render(later::LaterArgs),
     /// Error against time, for every method and setting (not built yet)
     Study(later::LaterArgs),
-    /// Folding pattern (not built yet)
-    Fold(later::LaterArgs),
+    /// Folding pattern: sheets to print, cut, fold and glue
+    Fold(Box<fold::FoldArgs>),
     /// Photographs to calibrated measurements (not built yet)
     Capture(later::LaterArgs),
     /// Photograph pair to material (not built yet)
@@ -100,7 +101,7 @@ fn run(cli: &Cli) -> Result<u8> {
         Command::Plot(args) => plot::run(args, &cli.common)?,
         Command::Render(_) => later::run("render")?,
         Command::Study(_) => later::run("study")?,
-        Command::Fold(_) => later::run("fold")?,
+        Command::Fold(args) => return fold::run(args, &cli.common),
         Command::Capture(_) => later::run("capture")?,
         Command::Fit(_) => later::run("fit")?,
         Command::Cache(_) => later::run("cache")?,

@@ -20,6 +20,14 @@ pub struct Triangles {
     pub colours: Vec<[f64; 3]>,
 }
 
+impl Triangles {
+    /// Triangles of one colour, white.
+    pub fn white(vertices: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Self {
+        let colours = vec![[1.0; 3]; triangles.len()];
+        Self { vertices, triangles, colours }
+    }
+}
+
 /// A flat polygon of the surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Facet {
@@ -153,8 +161,17 @@ impl Mesh {
     /// # Errors
     /// Corners that are no numbers, triangles without area that cannot be left out, a triangle twice, edges of three facets,
     /// neighbours turned against each other, more than [`MAX_FACETS`].
-    pub fn new(mut soup: Triangles, tolerance: Tolerance) -> Result<Self, BadInput> {
+    pub fn new(soup: Triangles, tolerance: Tolerance) -> Result<Self, BadInput> {
+        Self::with_groups(soup, tolerance, None)
+    }
+
+    /// As [`Mesh::new`]; triangles of different numbers in `groups` stay different facets.
+    ///
+    /// # Errors
+    /// As [`Mesh::new`].
+    pub fn with_groups(mut soup: Triangles, tolerance: Tolerance, groups: Option<&[u32]>) -> Result<Self, BadInput> {
         soup.check()?;
+        let mut groups = groups.map_or_else(|| vec![0; soup.triangles.len()], <[u32]>::to_vec);
         let mut notes = Vec::new();
         soup.weld(tolerance.weld);
         let before = soup.triangles.len();
@@ -175,6 +192,8 @@ impl Mesh {
         soup.triangles.retain(|_| *k.next().expect("one a triangle"));
         let mut k = keep.iter();
         soup.colours.retain(|_| *k.next().expect("one a triangle"));
+        let mut k = keep.iter();
+        groups.retain(|_| *k.next().expect("one a triangle"));
         let flat = before - soup.triangles.len();
         if soup.triangles.is_empty() {
             return Err(BadInput::new("no triangle has an area", "give a surface with at least one; is its scale right?"));
@@ -184,7 +203,8 @@ impl Mesh {
         }
         let polygons: Vec<Vec<u32>> = split_t_junctions(&soup, tolerance.weld);
         let neighbours = Adjacency::new(&soup.vertices, &polygons)?;
-        let groups = merge_coplanar(&soup, &polygons, &neighbours, tolerance);
+        let mut groups = merge_coplanar(&soup, &polygons, &neighbours, tolerance, &groups);
+        drop_collinear(&soup, &mut groups, tolerance);
         if groups.len() > MAX_FACETS {
             let problem = format!("the surface has {} facets, more than the {MAX_FACETS} that can be unfolded", groups.len());
             return Err(BadInput::new(problem, "reduce it first with --max-facets, or in a mesh program"));
@@ -429,7 +449,7 @@ struct Group {
 }
 
 /// Joins coplanar neighbours of one colour, as long as the result is a polygon without holes.
-fn merge_coplanar(soup: &Triangles, polygons: &[Vec<u32>], adjacency: &Adjacency, tolerance: Tolerance) -> Vec<Group> {
+fn merge_coplanar(soup: &Triangles, polygons: &[Vec<u32>], adjacency: &Adjacency, tolerance: Tolerance, kinds: &[u32]) -> Vec<Group> {
     let normal = |corners: &[u32]| newell(corners.iter().map(|&c| soup.vertices[c as usize])).normalize_or_zero();
     let mut groups: Vec<Option<Group>> = polygons
         .iter()
@@ -454,7 +474,8 @@ fn merge_coplanar(soup: &Triangles, polygons: &[Vec<u32>], adjacency: &Adjacency
         for e in &adjacency.edges {
             let [Some((f, _)), Some((g, _))] = e.sides else { continue };
             let (f, g) = (root(&mut owner, f), root(&mut owner, g));
-            if f == g {
+            // A group keeps the kind of its first triangle, as all of it are of one kind.
+            if f == g || kinds[f as usize] != kinds[g as usize] {
                 continue;
             }
             let (Some(a), Some(b)) = (&groups[f as usize], &groups[g as usize]) else { continue };
@@ -479,6 +500,35 @@ fn merge_coplanar(soup: &Triangles, polygons: &[Vec<u32>], adjacency: &Adjacency
         }
     }
     groups.into_iter().flatten().collect()
+}
+
+/// Takes corners out of the outlines that lie on a straight line there for all facets that have them: what was two edges is one.
+fn drop_collinear(soup: &Triangles, groups: &mut [Group], tolerance: Tolerance) {
+    let mut around: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
+    for group in groups.iter() {
+        let n = group.corners.len();
+        for k in 0..n {
+            let (before, at, after) = (group.corners[(k + n - 1) % n], group.corners[k], group.corners[(k + 1) % n]);
+            let list = around.entry(at).or_default();
+            for other in [before, after] {
+                if !list.contains(&other) {
+                    list.push(other);
+                }
+            }
+        }
+    }
+    let straight = |v: u32| {
+        let [a, b] = around[&v][..] else { return false };
+        let [a, p, b] = [a, v, b].map(|v| soup.vertices[v as usize]);
+        let along = (b - a).normalize_or_zero();
+        ((p - a) - along * (p - a).dot(along)).length() <= tolerance.flat && (p - a).dot(b - p) > 0.0
+    };
+    for group in groups {
+        let kept: Vec<u32> = group.corners.iter().copied().filter(|&v| !straight(v)).collect();
+        if kept.len() >= 3 {
+            group.corners = kept;
+        }
+    }
 }
 
 /// Cuts a triangle whose edges carry further corners into triangles: a fan from one of its corners that sees all of them, or, where
