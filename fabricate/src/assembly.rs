@@ -63,12 +63,14 @@ pub fn page(mesh: &Mesh, pattern: &Pattern, paper: Paper, title: &str) -> Page {
     let heading = format!("{title}: how to put it together");
     page.text(DVec2::new(m, height - m - 3.0), fit(&heading, 5.0), heading);
     let mut y = height - m - 9.0;
-    for line in [
+    let lines = [
         "1. Cut along the black lines. 2. Fold: dash-dot lines (mountain) away from you, dashed lines (valley) towards you,",
         "by the angle printed beside them; 0 is flat. 3. Glue each tab under the edge with the same number,",
         "in the order of the pieces below. The printed side is the outside.",
-    ] {
-        page.text(DVec2::new(m, y), fit(line, 3.0), line);
+    ];
+    let size = lines.iter().map(|l| fit(l, 3.0)).fold(3.0, f64::min);
+    for line in lines {
+        page.text(DVec2::new(m, y), size, line);
         y -= 4.6;
     }
     let bottom = m + 0.28 * height;
@@ -110,8 +112,7 @@ fn picture(page: &mut Page, mesh: &Mesh, pattern: &Pattern, [low, high]: [DVec2;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
         let fill = hue(k).map(|c| (f64::from(c) * shade) as u8);
         page.polygon(&points, fill);
-        let outline: Vec<DVec2> = points;
-        page.add(Layer::Print, Mark::Line { points: outline, closed: true, style: Style::Thin });
+        page.add(Layer::Print, Mark::Line { points, closed: true, style: Style::Thin });
     }
     for (k, piece) in pattern.pieces.iter().enumerate().take(99) {
         // The number on the facet that faces the viewer most.

@@ -20,13 +20,15 @@ pub struct Paper {
 
 /// Height of the strip below the pieces with the scale bar and the legend, mm.
 pub const FOOTER: f64 = 16.0;
+/// What colours and lines take beyond the outlines, mm: 1 mm of colour to both sides of a corner.
+pub const BLEED_ROOM: f64 = 1.5;
 /// Distance between pieces, mm: scissors need some, and so do the colours that reach over the outline.
 pub const GAP: f64 = 4.0;
 
 impl Paper {
     /// Lower left corner and size of the area for pieces, mm, y upwards; of a roll its height is 2 m.
     pub fn area(&self) -> [DVec2; 2] {
-        let border = DVec2::splat(self.margin + self.inset);
+        let border = DVec2::splat(self.margin + self.inset + BLEED_ROOM);
         [border + DVec2::new(0.0, FOOTER), self.size - 2.0 * border - DVec2::new(0.0, FOOTER)]
     }
 

@@ -20,3 +20,4 @@ pub mod simplify;
 pub mod split;
 pub mod svg;
 pub mod unfold;
+pub mod verify;

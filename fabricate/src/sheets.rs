@@ -65,13 +65,20 @@ pub fn sheets(mesh: &Mesh, pattern: &Pattern, paper: Paper, look: &Look) -> Resu
             bleed(&mut pages[place.page], mesh, piece);
         }
     }
+    let kinds = fold_kinds(&placed);
+    let look = &Look {
+        angles: look.angles && (kinds.len() > FEW_KINDS || placed.iter().map(|p| p.folds.len()).sum::<usize>() <= FEW_FOLDS),
+        ..look.clone()
+    };
+    let angles = (!look.angles && kinds.len() <= FEW_KINDS && !kinds.is_empty()).then(|| angles_text(&kinds));
     let mut missed = 0;
     for (k, (piece, place)) in placed.iter().zip(&places).enumerate() {
         missed += draw_piece(&mut pages[place.page], mesh, pattern, k, piece, look);
     }
     let backs: Vec<Page> = if look.back { pages.iter().map(mirrored).collect() } else { Vec::new() };
-    let total = count + backs.len();
-    let mut all = Vec::with_capacity(total);
+    // The page that tells how to put the pieces together follows.
+    let total = count + backs.len() + 1;
+    let mut all = Vec::with_capacity(count + backs.len());
     let mut backs = backs.into_iter();
     for page in pages {
         all.push(page);
@@ -83,6 +90,7 @@ pub fn sheets(mesh: &Mesh, pattern: &Pattern, paper: Paper, look: &Look) -> Resu
         footer(
             page,
             paper,
+            angles.as_deref(),
             &format!("{}  -  page {} of {total}{}", look.title, k + 1, if look.back { format!(" ({legend})") } else { String::new() }),
             !back,
         );
@@ -92,6 +100,23 @@ pub fn sheets(mesh: &Mesh, pattern: &Pattern, paper: Paper, look: &Look) -> Resu
     }
     let places = places.into_iter().map(|p| Place { page: p.page * (1 + usize::from(look.back)), shift: p.shift + corner, ..p }).collect();
     Ok(Sheets { pages: all, places, missed })
+}
+
+/// So many kinds of folds are told once, in the footer, where there are more than so many folds.
+const FEW_KINDS: usize = 4;
+const FEW_FOLDS: usize = 40;
+
+/// The fold angles in whole degrees, mountains negative, each once.
+fn fold_kinds(pieces: &[Piece]) -> std::collections::BTreeSet<i32> {
+    #[expect(clippy::cast_possible_truncation, reason = "at most 180")]
+    let whole = |angle: f64| angle.to_degrees().round() as i32;
+    pieces.iter().flat_map(|p| &p.folds).filter(|f| f.angle != 0.0).map(|f| whole(f.angle)).collect()
+}
+
+/// `mountain 45°, valley 63°`.
+fn angles_text(kinds: &std::collections::BTreeSet<i32>) -> String {
+    let list: Vec<String> = kinds.iter().map(|&a| format!("{} {}°", if a < 0 { "mountain" } else { "valley" }, a.abs())).collect();
+    format!("fold angles: {}", list.join(", "))
 }
 
 fn facet_fill(mesh: &Mesh, facet: u32, look: &Look) -> [u8; 3] {
@@ -119,7 +144,11 @@ fn bleed(page: &mut Page, mesh: &Mesh, piece: &Piece) {
 fn draw_piece(page: &mut Page, mesh: &Mesh, pattern: &Pattern, k: usize, piece: &Piece, look: &Look) -> usize {
     let id = (k + 1).to_string();
     for tab in &piece.tabs {
-        page.polygon(&tab.corners, [255; 3]);
+        page.items.push(Item {
+            layer: Layer::Print,
+            mark: Mark::Polygon { points: tab.corners.clone(), fill: [255; 3] },
+            data: vec![("piece", id.clone()), ("tab-of", tab.edge.to_string())],
+        });
         if look.colours {
             // Colour reaches onto the tab as far as over the outline, or as far as the tab does.
             let c = &tab.corners;
@@ -232,7 +261,7 @@ fn labels(mesh: &Mesh, pattern: &Pattern, k: usize, piece: &Piece, look: &Look) 
 }
 
 /// The bar of 100 mm, the legend and the title below the pieces.
-fn footer(page: &mut Page, paper: Paper, title: &str, with_legend: bool) {
+fn footer(page: &mut Page, paper: Paper, angles: Option<&str>, title: &str, with_legend: bool) {
     let corner = DVec2::splat(paper.margin + paper.inset);
     let at = |x: f64, y: f64| corner + DVec2::new(x, y);
     let bar = [at(0.2, 2.0), at(0.2 + BAR, 2.0)];
@@ -249,8 +278,11 @@ fn footer(page: &mut Page, paper: Paper, title: &str, with_legend: bool) {
     let width = page.size.x - 2.0 * corner.x;
     // Texts shrink to the page.
     let fit = |text: &str, size: f64, room: f64| size.min(room / (text.chars().count().max(1) as f64 * 0.65));
-    let note = "100 mm: print at 100 % (\"actual size\", no fitting), then measure this bar";
-    page.text(at(0.2, 5.6), fit(note, 2.4, width), note);
+    let mut note = "100 mm: print at 100 % (\"actual size\", no fitting), then measure this bar".to_owned();
+    if let Some(angles) = angles {
+        note = format!("{note}  -  {angles}");
+    }
+    page.text(at(0.2, 5.6), fit(&note, 2.4, width), note);
     if with_legend {
         let y = 9.4;
         let mut x = 0.2;

@@ -1,5 +1,7 @@
 //! `biscale fold`: sheets to print, cut, fold and glue.
 
+mod check;
+
 use crate::options::{CommonArgs, time};
 use crate::output::{self, Target};
 use crate::progress;
@@ -30,6 +32,12 @@ pub struct FoldArgs {
     /// File to write: .pdf, .svg, .png, .dxf, .fold; several pages become OUT-1.svg ...; OUT.json tells what is where
     #[arg(long, short, value_name = "OUT", required_unless_present = "verify", conflicts_with = "verify")]
     output: Option<PathBuf>,
+    /// Check this file (.svg, the first of several pages, or .fold) in place of writing one
+    #[arg(long, value_name = "FILE", requires = "against")]
+    verify: Option<PathBuf>,
+    /// The material or mesh that the file was made from
+    #[arg(long, value_name = "MATERIAL", requires = "verify")]
+    against: Option<PathBuf>,
     /// Replace outputs that exist, and fold facets narrower than 2 mm
     #[arg(long)]
     force: bool,
@@ -231,6 +239,9 @@ impl SheetArgs {
 /// # Errors
 /// Bad input, those of the steps, and i/o; nothing is written then.
 pub fn run(args: &FoldArgs, common: &CommonArgs) -> Result<u8> {
+    if let (Some(file), Some(against)) = (&args.verify, &args.against) {
+        return check::run(file, against, common);
+    }
     let (Some(material), Some(out)) = (&args.material, &args.output) else {
         return Err(BadInput::new("there is nothing to fold", "name a material file and an output with -o").into());
     };
@@ -249,7 +260,8 @@ pub fn run(args: &FoldArgs, common: &CommonArgs) -> Result<u8> {
         })
     })?;
     let milliseconds = start.elapsed().as_secs_f64() * 1e3;
-    let recipe_json = json!(recipe);
+    let mut recipe_json = json!(recipe);
+    recipe_json["margin_mm"] = json!(paper.margin);
     let placed = side_by_side(&made.pattern, &made.sheets);
     let content = Content {
         title: &made.title,
