@@ -74,8 +74,8 @@ pub fn page(mesh: &Mesh, pattern: &Pattern, paper: Paper, title: &str) -> Page {
         y -= 4.6;
     }
     let bottom = m + 0.28 * height;
-    picture(&mut page, mesh, pattern, [DVec2::new(m, bottom + 4.0), DVec2::new(m + width, y - 2.0)]);
-    list(&mut page, mesh, pattern, [DVec2::new(m, m), DVec2::new(m + width, bottom)]);
+    picture(&mut page, mesh, pattern, [DVec2::new(m + 0.5, bottom + 4.0), DVec2::new(m + width - 0.5, y - 2.0)]);
+    list(&mut page, mesh, pattern, [DVec2::new(m + 0.5, m + 0.5), DVec2::new(m + width - 0.5, bottom)]);
     page
 }
 

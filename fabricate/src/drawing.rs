@@ -30,6 +30,8 @@ pub enum Style {
     Mountain,
     /// Valley fold: dashes.
     Valley,
+    /// An edge that is flat to the eye: not drawn, there for readers.
+    Hidden,
     /// A line of a picture, grey.
     Thin,
     /// A registration mark, black.

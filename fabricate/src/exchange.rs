@@ -113,6 +113,7 @@ pub fn dxf(page: &Page) -> String {
         let (points, closed, layer) = match (&item.mark, item.layer) {
             (Mark::Line { points, closed, .. }, Layer::Cut) => (points, *closed, "CUT"),
             (Mark::Line { points, closed, style: Style::Mountain }, Layer::Score) => (points, *closed, "SCORE_M"),
+            (Mark::Line { style: Style::Hidden, .. }, _) => continue,
             (Mark::Line { points, closed, .. }, Layer::Score) => (points, *closed, "SCORE_V"),
             (Mark::Line { points, closed, .. }, Layer::Registration) => (points, *closed, "REG"),
             (Mark::Polygon { points, .. }, Layer::Registration) => (points, true, "REG"),

@@ -74,12 +74,16 @@ pub struct Mesh {
 pub struct Tolerance {
     /// Corners closer than this are one, mm. A millionth of the size of the surface suits files of 32-bit numbers.
     pub weld: f64,
-    /// Neighbours whose corners all lie within this distance of one plane are one facet, mm.
+    /// Neighbours whose corners all lie within this distance of one plane are one facet, mm. A tilt of a small facet by this much moves
+    /// what hangs on it a hundred times as far; what is flat to the eye only stays an edge, which is not drawn.
     pub flat: f64,
 }
 
 /// Most facets that are taken: beyond it no person folds the result, and the search has no bounded time.
 pub const MAX_FACETS: usize = 20_000;
+
+/// Corners of a facet lie in its plane to this share of its width: more would tilt what hangs on a needle.
+const FLAT_SHARE: f64 = 1e-7;
 
 /// Two facets count as coplanar only below this angle, radians: a sharper fold between tiny facets is a fold all the same.
 const FLAT_ANGLE: f64 = 1e-3;
@@ -87,7 +91,7 @@ const FLAT_ANGLE: f64 = 1e-3;
 impl Tolerance {
     /// For a surface of this size, mm.
     pub fn of_size(size: f64) -> Self {
-        Self { weld: (1e-7 * size).max(1e-9), flat: 2e-5 }
+        Self { weld: (1e-7 * size).max(1e-9), flat: 1e-6 }
     }
 }
 
@@ -97,6 +101,12 @@ impl Triangles {
         let low = self.vertices.iter().copied().fold(DVec3::INFINITY, DVec3::min);
         let high = self.vertices.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
         if self.vertices.is_empty() { 0.0 } else { (high - low).max_element() }
+    }
+
+    /// Volume between the surface and a plane through its lowest point, mm³; inside it, if it is closed.
+    pub fn volume(&self) -> f64 {
+        let base = self.triangles.iter().flatten().map(|&v| self.vertices[v as usize].z).fold(f64::INFINITY, f64::min);
+        self.triangles.iter().map(|t| under(t.map(|v| self.vertices[v as usize]), base)).sum()
     }
 
     /// Joins corners that lie within `distance` of each other: the first one wins.
@@ -148,6 +158,11 @@ impl Triangles {
         }
         Ok(())
     }
+}
+
+/// Signed volume of the prism between a triangle and the plane at height `base`.
+fn under([a, b, c]: [DVec3; 3], base: f64) -> f64 {
+    0.5 * (b - a).truncate().perp_dot((c - a).truncate()) * ((a.z + b.z + c.z) / 3.0 - base)
 }
 
 /// A place in space as words.
@@ -312,6 +327,13 @@ impl Mesh {
             (other, Some((g, _))) if g == facet => other,
             _ => None,
         }
+    }
+
+    /// Volume between the surface and a plane through its lowest point, mm³; inside it, if it is closed.
+    pub fn volume(&self) -> f64 {
+        let base = self.vertices.iter().map(|v| v.z).fold(f64::INFINITY, f64::min);
+        let of = |(f, facet): (usize, &Facet)| facet.fill.iter().map(move |t| under(t.map(|c| self.corner(f, c as usize)), base)).sum::<f64>();
+        self.facets.iter().enumerate().map(of).sum()
     }
 
     /// The smallest height of a facet over one of its edges, mm, and that facet.
@@ -485,7 +507,10 @@ fn merge_coplanar(soup: &Triangles, polygons: &[Vec<u32>], adjacency: &Adjacency
             let Some(corners) = join_outlines(&a.corners, &b.corners) else { continue };
             let n = normal(&corners);
             let centre = corners.iter().map(|&c| soup.vertices[c as usize]).sum::<DVec3>() / corners.len() as f64;
-            if corners.iter().any(|&c| (soup.vertices[c as usize] - centre).dot(n).abs() > tolerance.flat) {
+            let off = corners.iter().map(|&c| (soup.vertices[c as usize] - centre).dot(n).abs()).fold(0.0, f64::max);
+            let reach = corners.iter().map(|&c| soup.vertices[c as usize].distance(centre)).fold(0.0, f64::max);
+            let width = newell(corners.iter().map(|&c| soup.vertices[c as usize])).length() / (2.0 * reach);
+            if off > tolerance.flat.min(FLAT_SHARE * width) {
                 continue;
             }
             let b = groups[g as usize].take().expect("it was there");

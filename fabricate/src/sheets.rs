@@ -106,11 +106,14 @@ pub fn sheets(mesh: &Mesh, pattern: &Pattern, paper: Paper, look: &Look) -> Resu
 const FEW_KINDS: usize = 4;
 const FEW_FOLDS: usize = 40;
 
+/// Folds below this angle, radians, are not to be seen on paper.
+pub const FLAT: f64 = 2e-3;
+
 /// The fold angles in whole degrees, mountains negative, each once.
 fn fold_kinds(pieces: &[Piece]) -> std::collections::BTreeSet<i32> {
     #[expect(clippy::cast_possible_truncation, reason = "at most 180")]
     let whole = |angle: f64| angle.to_degrees().round() as i32;
-    pieces.iter().flat_map(|p| &p.folds).filter(|f| f.angle != 0.0).map(|f| whole(f.angle)).collect()
+    pieces.iter().flat_map(|p| &p.folds).filter(|f| f.angle.abs() >= FLAT).map(|f| whole(f.angle)).collect()
 }
 
 /// `mountain 45°, valley 63°`.
@@ -169,16 +172,23 @@ fn draw_piece(page: &mut Page, mesh: &Mesh, pattern: &Pattern, k: usize, piece: 
         });
     }
     for fold in &piece.folds {
-        // A flat join inside a piece is no line to fold, and not drawn.
+        // Flat inside a piece is no line to fold: nothing is drawn, but a reader learns the angle.
         if fold.angle == 0.0 {
             continue;
         }
+        let style = if fold.angle.abs() < FLAT {
+            Style::Hidden
+        } else if fold.angle < 0.0 {
+            Style::Mountain
+        } else {
+            Style::Valley
+        };
         page.items.push(Item {
             layer: Layer::Score,
             mark: Mark::Line {
                 points: fold.ends.to_vec(),
                 closed: false,
-                style: if fold.angle < 0.0 { Style::Mountain } else { Style::Valley },
+                style,
             },
             data: vec![("piece", id.clone()), ("edge", fold.edge.to_string()), ("angle", format!("{:.9}", fold.angle.to_degrees()))],
         });
@@ -248,7 +258,7 @@ fn labels(mesh: &Mesh, pattern: &Pattern, k: usize, piece: &Piece, look: &Look) 
         }
     }
     if look.angles {
-        for fold in piece.folds.iter().filter(|f| f.angle != 0.0) {
+        for fold in piece.folds.iter().filter(|f| f.angle.abs() >= FLAT) {
             let text = format!("{:.0}°", fold.angle.abs().to_degrees());
             let (f, _) = mesh.edges[fold.edge as usize].sides[0].expect("a fold has two facets");
             let before = labels.missed;

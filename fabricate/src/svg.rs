@@ -40,6 +40,7 @@ pub fn escape(text: &str) -> String {
 /// Attributes of a line's style.
 fn stroke(style: Style) -> String {
     let (colour, width, dashes) = match style {
+        Style::Hidden => return "fill=\"none\" stroke=\"none\"".to_owned(),
         Style::Cut => ("#000000", LINE_WIDTH, ""),
         Style::Mountain => ("#c03030", LINE_WIDTH, "3 0.9 0.5 0.9"),
         Style::Valley => ("#3050c0", LINE_WIDTH, "1.6 1.1"),

@@ -262,6 +262,7 @@ pub fn run(args: &FoldArgs, common: &CommonArgs) -> Result<u8> {
     let milliseconds = start.elapsed().as_secs_f64() * 1e3;
     let mut recipe_json = json!(recipe);
     recipe_json["margin_mm"] = json!(paper.margin);
+    recipe_json["design_volume_mm3"] = json!(made.volume);
     let placed = side_by_side(&made.pattern, &made.sheets);
     let content = Content {
         title: &made.title,
@@ -289,6 +290,8 @@ struct Made {
     pattern: Pattern,
     sheets: Sheets,
     notes: Vec<String>,
+    /// Volume between the design and a plane through its lowest point, mm³.
+    volume: f64,
 }
 
 impl FoldArgs {
@@ -355,7 +358,13 @@ fn make(args: &FoldArgs, source: &Source, path: &Path, recipe: &Recipe, paper: P
         notes.push(format!("{} numbers found no place at their edges", sheets.missed));
     }
     sheets.pages.push(assembly::page(&mesh, &pattern, paper, &title));
-    Ok(Made { title, mesh, pattern, sheets, notes })
+    // Of the design's own triangles where they are folded as they are; a reduced or thick one is its own design.
+    let volume = if recipe.thickness == 0.0 && recipe.max_facets.is_none() && recipe.slope_tolerance_deg.is_none() {
+        source.triangles(recipe.scale, recipe.periods).volume()
+    } else {
+        mesh.volume()
+    };
+    Ok(Made { title, mesh, pattern, sheets, notes, volume })
 }
 
 fn size_text(mesh: &Mesh) -> String {

@@ -99,7 +99,7 @@ fn weights(problem: &Problem<'_>, run: u32, random: &mut Random) -> Vec<f64> {
 /// Lays facet after facet onto pieces until none can be added to any.
 ///
 /// A facet waits longer, by `slit` in units of the weights, for every edge that it would share with its piece without being laid there.
-fn grow(net: &mut Net<'_, '_>, weights: &[f64], slit: f64, random: &mut Random) {
+fn grow(net: &mut Net<'_, '_>, weights: &[f64], slit: f64, random: &mut Random, stop: &Stop<'_>) {
     let mesh = net.problem.mesh;
     // How many edges a facet would share with facets of the piece beside the one it is laid at: each becomes a slit.
     let slits = |net: &Net<'_, '_>, placed: &[bool], across: u32, g: u32, piece: u32| {
@@ -112,6 +112,10 @@ fn grow(net: &mut Net<'_, '_>, weights: &[f64], slit: f64, random: &mut Random) 
     let mut placed = vec![false; mesh.facets.len()];
     let mut heap = BinaryHeap::new();
     for start in order {
+        // What is left when time is up stays in single facets.
+        if stop(0.0) {
+            return;
+        }
         if std::mem::replace(&mut placed[start as usize], true) {
             continue;
         }
@@ -145,6 +149,8 @@ fn grow(net: &mut Net<'_, '_>, weights: &[f64], slit: f64, random: &mut Random) 
 
 /// How much slits are avoided at the beginning, in units of the weights, which lie between 0 and 1.4.
 const SLIT_SHYNESS: [f64; 3] = [0.0, 0.5, 2.0];
+/// Facets beyond which only two runs are made.
+const LARGE: usize = 2500;
 /// Largest part that an ordinary move takes off.
 const LARGEST_PART: usize = 48;
 /// Share of moves inside one piece.
@@ -158,7 +164,7 @@ fn run<'p, 'a>(problem: &'p Problem<'a>, effort: Effort, number: u32, least: usi
     let mut net = Net::new(problem);
     let weights = weights(problem, number, &mut random);
     let slit = SLIT_SHYNESS[random.below(SLIT_SHYNESS.len())];
-    grow(&mut net, &weights, slit, &mut random);
+    grow(&mut net, &weights, slit, &mut random, stop);
     let budget = effort.work / u64::from(effort.runs.max(1));
     let start = net.work;
     let mut best = (net.pieces, snapshot(&net));
@@ -278,7 +284,10 @@ fn some_tree_edge(net: &Net<'_, '_>, facet: u32, random: &mut Random) -> Option<
 pub fn search<'p, 'a>(problem: &'p Problem<'a>, effort: Effort, stop: &Stop<'_>) -> Net<'p, 'a> {
     use rayon::prelude::*;
     let least = problem.mesh.components().len();
-    let nets: Vec<Net<'p, 'a>> = (0..effort.runs.max(1)).into_par_iter().map(|k| run(problem, effort, k, least, stop)).collect();
+    // Beginnings take longer than the search on large meshes.
+    let runs = if problem.mesh.facets.len() > LARGE { effort.runs.min(2) } else { effort.runs }.max(1);
+    let effort = Effort { runs, ..effort };
+    let nets: Vec<Net<'p, 'a>> = (0..runs).into_par_iter().map(|k| run(problem, effort, k, least, stop)).collect();
     let cut_length =
         |net: &Net<'_, '_>| -> f64 { (0..problem.mesh.edges.len()).filter(|&e| !net.joined[e]).map(|e| problem.mesh.length(e)).sum() };
     nets.into_iter()
