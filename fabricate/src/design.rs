@@ -156,6 +156,25 @@ impl Source {
         }
     }
 
+    /// The colours of the design, linear RGB, each once.
+    pub fn colours(&self) -> Vec<[f64; 3]> {
+        let Self::Material(m) = self else { return vec![[1.0; 3]] };
+        let mut out: Vec<[f64; 3]> = Vec::new();
+        for colour in colours(&m.1) {
+            if out.len() < 16 && !out.contains(&colour) {
+                out.push(colour);
+            }
+        }
+        out
+    }
+
+    /// The colour of a part of the design, linear RGB.
+    pub fn colour_of_part(&self, part: u16) -> [f64; 3] {
+        let Self::Material(m) = self else { return [1.0; 3] };
+        let first = m.1.tile.part_of_triangle.iter().position(|&p| p == part);
+        first.map_or([1.0; 3], |t| colours(&m.1)[t])
+    }
+
     /// What the user should know about the source.
     pub fn notes(&self) -> Vec<String> {
         match self {

@@ -1,5 +1,6 @@
 //! Folding patterns of small-scale surfaces: from the design to sheets that a person can print, cut, fold and glue.
 
+pub mod aruco;
 pub mod assembly;
 pub mod design;
 pub mod drawing;
@@ -14,10 +15,13 @@ pub mod output;
 pub mod pattern;
 pub mod pdf;
 pub mod polygon;
+pub mod preview;
 pub mod random;
 pub mod sheets;
 pub mod simplify;
 pub mod split;
+pub mod strips;
 pub mod svg;
+pub mod target;
 pub mod unfold;
 pub mod verify;

@@ -332,7 +332,8 @@ impl Mesh {
     /// Volume between the surface and a plane through its lowest point, mm³; inside it, if it is closed.
     pub fn volume(&self) -> f64 {
         let base = self.vertices.iter().map(|v| v.z).fold(f64::INFINITY, f64::min);
-        let of = |(f, facet): (usize, &Facet)| facet.fill.iter().map(move |t| under(t.map(|c| self.corner(f, c as usize)), base)).sum::<f64>();
+        let of =
+            |(f, facet): (usize, &Facet)| facet.fill.iter().map(move |t| under(t.map(|c| self.corner(f, c as usize)), base)).sum::<f64>();
         self.facets.iter().enumerate().map(of).sum()
     }
 

@@ -185,11 +185,7 @@ fn draw_piece(page: &mut Page, mesh: &Mesh, pattern: &Pattern, k: usize, piece: 
         };
         page.items.push(Item {
             layer: Layer::Score,
-            mark: Mark::Line {
-                points: fold.ends.to_vec(),
-                closed: false,
-                style,
-            },
+            mark: Mark::Line { points: fold.ends.to_vec(), closed: false, style },
             data: vec![("piece", id.clone()), ("edge", fold.edge.to_string()), ("angle", format!("{:.9}", fold.angle.to_degrees()))],
         });
     }
@@ -271,7 +267,7 @@ fn labels(mesh: &Mesh, pattern: &Pattern, k: usize, piece: &Piece, look: &Look) 
 }
 
 /// The bar of 100 mm, the legend and the title below the pieces.
-fn footer(page: &mut Page, paper: Paper, angles: Option<&str>, title: &str, with_legend: bool) {
+pub fn footer(page: &mut Page, paper: Paper, angles: Option<&str>, title: &str, with_legend: bool) {
     let corner = DVec2::splat(paper.margin + paper.inset);
     let at = |x: f64, y: f64| corner + DVec2::new(x, y);
     let bar = [at(0.2, 2.0), at(0.2 + BAR, 2.0)];

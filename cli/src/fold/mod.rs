@@ -1,6 +1,7 @@
 //! `biscale fold`: sheets to print, cut, fold and glue.
 
 mod check;
+mod weave;
 
 use crate::options::{CommonArgs, time};
 use crate::output::{self, Target};
@@ -14,7 +15,9 @@ use biscale_fabricate::layout::Paper;
 use biscale_fabricate::mesh::Mesh;
 use biscale_fabricate::output::{Content, Format, side_by_side};
 use biscale_fabricate::pattern::Pattern;
+use biscale_fabricate::preview::{self, Preview};
 use biscale_fabricate::sheets::{Look, SILHOUETTE_INSET, Sheets, sheets};
+use biscale_fabricate::target::{self, Wrap};
 use biscale_fabricate::unfold::search::Effort;
 use biscale_fabricate::unfold::tabs::TabStyle;
 use clap::{Args, ValueEnum};
@@ -77,6 +80,15 @@ struct ShapeArgs {
     /// Refuse a surface with holes
     #[arg(long)]
     closed: bool,
+    /// Wrap sheet for a large object, such as cylinder:radius=40,height=100 (plane, cone, box), with markers for `biscale capture`
+    #[arg(long, value_name = "TARGET", conflicts_with_all = ["size", "periods"])]
+    on: Option<String>,
+    /// Compare the effective BRDF of the folded paper with the design's: what does crafting change?
+    #[arg(long)]
+    preview: bool,
+    /// Radius of folds in mm, for --preview
+    #[arg(long, value_name = "MM", default_value_t = 0.3, value_parser = millimetres::<0, 20>, allow_negative_numbers = true)]
+    fold_radius: f64,
 }
 
 /// How it is drawn.
@@ -113,6 +125,9 @@ struct SheetArgs {
     /// Write SVG for Origami Simulator, one file a piece
     #[arg(long)]
     origami_simulator: bool,
+    /// Fold the threads of a weave as tubes, and do not weave strips
+    #[arg(long)]
+    facets: bool,
 }
 
 /// How it is searched.
@@ -253,6 +268,9 @@ pub fn run(args: &FoldArgs, common: &CommonArgs) -> Result<u8> {
     let source = Source::load(material)?;
     let in_file = |bad: BadInput| Error::from(if bad.file.is_none() && bad.field.is_none() { bad.in_file(material) } else { bad });
     let recipe = args.recipe(&source, paper)?;
+    if source.weave().is_some() && !args.sheet.facets {
+        return weave::run(args, common, &source, material, &recipe, paper, format, &outputs);
+    }
     let made = progress::with_control(common, |control| {
         make(args, &source, material, &recipe, paper, control).map_err(|e| match e {
             Error::BadInput(bad) => in_file(bad),
@@ -292,22 +310,69 @@ struct Made {
     notes: Vec<String>,
     /// Volume between the design and a plane through its lowest point, mm³.
     volume: f64,
+    /// What the sidecar tells of the wrap sheet.
+    wrap: Option<Value>,
+    preview: Option<Preview>,
 }
 
 impl FoldArgs {
     fn recipe(&self, source: &Source, paper: Paper) -> Result<Recipe> {
         let scale = check_scale(self.shape.scale)?;
+        if let Some(on) = &self.shape.on {
+            let target = target::Target::parse(on)?;
+            if matches!(source, Source::Mesh(..)) {
+                let bad = BadInput::new("a mesh file has no period to put on a target", "leave --on out, or write a material file");
+                return Err(bad.at_field("--on").into());
+            }
+            let fit = target.fit(source.period(scale), self.shape.paper_thickness);
+            let periods = source.periods(Some(Extent::Periods([fit.around, fit.along])), scale)?;
+            return Ok(self.recipe_of(scale, periods, paper));
+        }
         let extent = self.shape.size.map(Extent::Size).or(self.shape.periods.map(Extent::Periods));
+        Ok(self.recipe_of(scale, source.periods(extent, scale)?, paper))
+    }
+
+    fn recipe_of(&self, scale: f64, periods: [u32; 2], paper: Paper) -> Recipe {
         let split = self.shape.split.then(|| room(paper, TabStyle { width: self.sheet.tab }).size.to_array());
-        Ok(Recipe {
+        Recipe {
             scale,
-            periods: source.periods(extent, scale)?,
+            periods,
             thickness: self.shape.paper_thickness,
             max_facets: self.shape.max_facets,
             slope_tolerance_deg: self.shape.slope_tolerance,
             split,
-        })
+        }
     }
+
+    fn look(&self, title: &str) -> Look {
+        Look {
+            title: title.to_owned(),
+            colours: !self.sheet.no_colours,
+            angles: !self.sheet.no_angles,
+            numbers: !self.sheet.no_numbers,
+            silhouette: self.sheet.registration == Some(Registration::Silhouette),
+            back: self.sheet.back,
+        }
+    }
+}
+
+/// The wrap sheet, if one is asked for.
+fn wrap_sheet(args: &FoldArgs, source: &Source, recipe: &Recipe, paper: Paper, title: &str) -> Result<Option<(Wrap, Value)>> {
+    let Some(on) = &args.shape.on else { return Ok(None) };
+    let target = target::Target::parse(on)?;
+    let fit = target.fit(source.period(recipe.scale), recipe.thickness);
+    let wrap = target::wrap(target, fit, recipe.thickness, &source.colours(), paper, title)?;
+    let mut told = json!({
+        "target": target,
+        "fit": fit,
+        "dictionary": "DICT_5X5_100",
+        "seam_mm": target::SEAM,
+        "origin_mm": wrap.origin.to_array(),
+        "markers": wrap.markers,
+        "patches": wrap.patches,
+    });
+    told["page"] = json!(1);
+    Ok(Some((wrap, told)))
 }
 
 fn make(args: &FoldArgs, source: &Source, path: &Path, recipe: &Recipe, paper: Paper, control: &Control<'_>) -> Result<Made> {
@@ -345,26 +410,39 @@ fn make(args: &FoldArgs, source: &Source, path: &Path, recipe: &Recipe, paper: P
     }
     (control.progress)("drawing", 0.92);
     let title = format!("{}, {}", source.name(path), size_text(&mesh));
-    let look = Look {
-        title: title.clone(),
-        colours: !args.sheet.no_colours,
-        angles: !args.sheet.no_angles,
-        numbers: !args.sheet.no_numbers,
-        silhouette: args.sheet.registration == Some(Registration::Silhouette),
-        back: args.sheet.back,
-    };
+    let look = args.look(&title);
     let mut sheets = sheets(&mesh, &pattern, paper, &look)?;
     if sheets.missed > 0 {
         notes.push(format!("{} numbers found no place at their edges", sheets.missed));
     }
     sheets.pages.push(assembly::page(&mesh, &pattern, paper, &title));
+    let wrap = wrap_sheet(args, source, recipe, paper, &title)?;
+    let wrap = wrap.map(|(wrap, told)| {
+        sheets.pages.insert(0, wrap.page);
+        sheets.places.iter_mut().for_each(|p| p.page += 1);
+        told
+    });
     // Of the design's own triangles where they are folded as they are; a reduced or thick one is its own design.
     let volume = if recipe.thickness == 0.0 && recipe.max_facets.is_none() && recipe.slope_tolerance_deg.is_none() {
         source.triangles(recipe.scale, recipe.periods).volume()
     } else {
         mesh.volume()
     };
-    Ok(Made { title, mesh, pattern, sheets, notes, volume })
+    let preview = preview_of(args, source, recipe, control)?;
+    Ok(Made { title, mesh, pattern, sheets, notes, volume, wrap, preview })
+}
+
+fn preview_of(args: &FoldArgs, source: &Source, recipe: &Recipe, control: &Control<'_>) -> Result<Option<Preview>> {
+    if !args.shape.preview {
+        return Ok(None);
+    }
+    let Source::Material(material) = source else {
+        return Err(BadInput::new("a mesh file has no BRDF to compare", "leave --preview out, or write a material file")
+            .at_field("--preview")
+            .into());
+    };
+    let printed = recipe.scale * source.unit_mm();
+    preview::preview(&material.1, printed, args.shape.fold_radius, recipe.thickness, args.search.seed, control).map(Some)
 }
 
 fn size_text(mesh: &Mesh) -> String {
@@ -386,6 +464,7 @@ impl Made {
             "pages": self.sheets.pages.len(),
             "narrowest_facet_mm": least,
             "milliseconds": (milliseconds * 1e3).round() / 1e3,
+            "preview": self.preview,
             "notes": self.notes,
         })
     }
@@ -403,6 +482,17 @@ impl Made {
         );
         for note in &self.notes {
             text.push_str(&format!("\nnote: {note}"));
+        }
+        if let Some(p) = &self.preview {
+            let [ridge, valley] = p.radius_mm;
+            text.push_str(&format!(
+                "\npreview: ridges of radius {ridge:.2} mm and valleys of {valley:.2} mm change the effective BRDF by {:.1} % (relative RMS of {} \
+                 pairs; sampling alone {:.1} %, error {:.1} %)",
+                100.0 * p.relative_rms,
+                p.pairs,
+                100.0 * p.sampling_rms,
+                100.0 * p.error
+            ));
         }
         let written = match names {
             [one, rest @ .., last] if rest.len() > 1 => format!("{} ... {}", one.display(), last.display()),
@@ -443,6 +533,7 @@ fn sidecar(made: &Made, recipe: &Value, summary: &Value) -> Value {
         "summary": summary,
         "pages": pages,
         "pieces": pieces,
+        "wrap": made.wrap,
         "order": assembly::order(&made.mesh, &made.pattern).iter().map(|k| k + 1).collect::<Vec<_>>(),
     })
 }
