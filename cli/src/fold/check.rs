@@ -3,9 +3,10 @@
 use crate::options::CommonArgs;
 use crate::output;
 use biscale::error::{BadInput, Error, Result};
+use biscale::geometry::weave::Weave;
 use biscale_fabricate::design::{Recipe, Source};
 use biscale_fabricate::fold::surface;
-use biscale_fabricate::verify::{Seen, read_fold, read_svg, verify};
+use biscale_fabricate::verify::{Seen, read_fold, read_svg, verify, verify_strips};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -22,6 +23,9 @@ pub fn run(file: &Path, against: &Path, common: &CommonArgs) -> Result<u8> {
     let scale = biscale_fabricate::design::check_scale(recipe.scale)?;
     // Refuses what a file asks for beyond all measure.
     source.periods(matches!(source, Source::Material(_)).then_some(biscale_fabricate::design::Extent::Periods(recipe.periods)), scale)?;
+    if let (Some(weave), false) = (source.weave(), seen.strips.is_empty()) {
+        return strips(&seen, weave, scale * source.unit_mm(), &recipe, margin, file, common);
+    }
     let design = surface(&source, &recipe).map_err(|bad| bad.in_file(against))?;
     let report = verify(&seen, &design, margin).map_err(|bad| bad.in_file(file))?;
     let fine = report.failures.is_empty();
@@ -35,6 +39,19 @@ pub fn run(file: &Path, against: &Path, common: &CommonArgs) -> Result<u8> {
         output::tell(common, if fine { "the pattern folds to the design" } else { "the pattern is not right" });
     }
     Ok(if fine { 0 } else { 1 })
+}
+
+/// The same for the strips of a weave.
+fn strips(seen: &Seen, weave: &Weave, scale: f64, recipe: &Recipe, margin: f64, file: &Path, common: &CommonArgs) -> Result<u8> {
+    let wrong = verify_strips(seen, weave, scale, recipe.periods, margin).map_err(|bad| bad.in_file(file))?;
+    if common.json {
+        output::print_json(&json!({ "strips": seen.strips.len(), "failures": wrong, "ok": wrong.is_empty() }))?;
+    } else {
+        wrong.iter().for_each(|w| output::say(&format!("wrong: {w}")));
+        let end = if wrong.is_empty() { "they weave to the design" } else { "the pattern is not right" };
+        output::tell(common, &format!("{} strips, {} crossings; {end}", seen.strips.len(), seen.crossings.len()));
+    }
+    Ok(u8::from(!wrong.is_empty()))
 }
 
 /// Reads all pages of a pattern: `OUT.svg`, or `OUT-1.svg` and those that follow it.

@@ -380,6 +380,10 @@ fn make(args: &FoldArgs, source: &Source, path: &Path, recipe: &Recipe, paper: P
     let mesh = surface(source, recipe)?;
     let mut notes = source.notes();
     notes.extend(mesh.notes.iter().cloned());
+    let parts = mesh.components().len();
+    if parts > 1 {
+        notes.push(format!("the surface has {parts} separate parts: nothing but glue holds them together"));
+    }
     let holes = mesh.border_loops();
     if args.shape.closed && holes > 0 {
         let problem = format!("the surface has {holes} holes, or borders");

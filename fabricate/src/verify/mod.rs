@@ -6,10 +6,12 @@
 mod read_fold;
 mod read_svg;
 mod refold;
+mod strips;
 
-pub use read_fold::read_fold;
+pub use read_fold::{Frame, read_fold};
 pub use read_svg::read_svg;
 pub use refold::{Report, verify};
+pub use strips::verify_strips;
 
 use glam::{DVec2, DVec3};
 use serde_json::Value;
@@ -33,6 +35,10 @@ pub struct Seen {
     pub recipe: Value,
     /// The folded form that the file shows, for each facet its corners, if it does.
     pub folded: Option<Vec<Vec<DVec3>>>,
+    /// Strips of a weave by name, with their corners; the first two are along the lower side.
+    pub strips: Vec<(String, Vec<DVec2>)>,
+    /// Crossings: the strip, whether it lies over, the polygon; in order along the strip.
+    pub crossings: Vec<(String, bool, Vec<DVec2>)>,
     /// Facets whose polygon a clockwise or degenerate one is, by number.
     pub turned: usize,
 }

@@ -14,7 +14,7 @@ pub fn read_svg(pages: &[String]) -> Result<Seen, BadInput> {
     for (page, text) in pages.iter().enumerate() {
         read_page(&mut seen, page, text)?;
     }
-    if seen.facets.is_empty() {
+    if seen.facets.is_empty() && seen.strips.is_empty() {
         return Err(BadInput::new("there is no facet in the file", "name an SVG that `biscale fold` wrote"));
     }
     Ok(seen)
@@ -66,6 +66,13 @@ fn read_page(seen: &mut Seen, page: usize, text: &str) -> Result<(), BadInput> {
                 node.attribute("data-piece").and_then(|p| p.parse().ok()).ok_or_else(|| bad(node, "data-piece is no whole number"))?;
             seen.turned += usize::from(super::refold::signed_area(&points) <= 0.0);
             seen.facets.push(SeenFacet { page, piece, facet, polygon: points });
+        } else if let Some(strip) = node.attribute("data-strip") {
+            if points.len() != 4 {
+                return Err(bad(node, "a strip has not four corners"));
+            }
+            seen.strips.push((strip.to_owned(), points));
+        } else if let (Some(of), Some(over)) = (node.attribute("data-of"), node.attribute("data-over")) {
+            seen.crossings.push((of.to_owned(), over == "1", points));
         } else if node.has_attribute("data-tab-of") {
             seen.tabs.push((page, points));
         } else if node.has_attribute("data-edge") {
