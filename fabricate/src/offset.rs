@@ -40,13 +40,18 @@ pub fn offset(mesh: Mesh, distance: f64) -> Result<Mesh, BadInput> {
         .collect();
     let mut soup = Triangles { vertices, ..Triangles::default() };
     for (k, facet) in mesh.facets.iter().enumerate() {
+        let n = facet.corners.len();
+        // An edge that points the other way afterwards has shrunk to nothing on the way.
+        let turned = (0..n).any(|j| {
+            let (a, b) = (facet.corners[j] as usize, facet.corners[(j + 1) % n] as usize);
+            (soup.vertices[b] - soup.vertices[a]).dot(mesh.vertices[b] - mesh.vertices[a]) <= 0.0
+        });
+        if turned {
+            let problem = format!("facet {} vanishes in paper of {} mm", k + 1, 2.0 * distance.abs());
+            return Err(BadInput::new(problem, "take thinner paper or a larger scale").at_field("--paper-thickness"));
+        }
         for t in &facet.fill {
             let triangle = t.map(|c| facet.corners[c as usize]);
-            let [a, b, c] = triangle.map(|v| soup.vertices[v as usize]);
-            if (b - a).cross(c - a).dot(facet.normal) <= 0.0 {
-                let problem = format!("facet {} vanishes in paper of {} mm", k + 1, 2.0 * distance.abs());
-                return Err(BadInput::new(problem, "take thinner paper or a larger scale").at_field("--paper-thickness"));
-            }
             soup.triangles.push(triangle);
             soup.colours.push(facet.colour);
         }

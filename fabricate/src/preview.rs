@@ -18,7 +18,7 @@ const NODES: usize = 96;
 /// Triangles of a tile up to which each point looks through all of them.
 const MAX_DENSE: usize = 20_000;
 /// Relative error to which both are computed.
-const TOLERANCE: f64 = 0.01;
+const TOLERANCE: f64 = 0.02;
 
 /// The comparison.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -277,7 +277,8 @@ pub fn footer(page: &mut Page, paper: Paper, angles: Option<&str>, title: &str, 
         data: vec![("bar", format!("{BAR}"))],
     });
     for k in 0..=10 {
-        let x = 0.2 + 10.0 * f64::from(k);
+        // The outer ticks end with the bar: it measures 100 mm from ink to ink.
+        let x = 0.2 + (10.0 * f64::from(k)).clamp(0.2, BAR - 0.2);
         let height = if k % 5 == 0 { 1.8 } else { 1.0 };
         page.line(Layer::Print, Style::Bold, &[at(x, 2.0), at(x, 2.0 + height)], false);
     }
@@ -319,7 +320,7 @@ fn silhouette(page: &mut Page, paper: Paper) {
 }
 
 /// Length of the lines of registration marks, mm.
-const SILHOUETTE_LENGTH: f64 = 10.0;
+const SILHOUETTE_LENGTH: f64 = 20.0;
 /// What registration marks take from the area on each side, mm.
 pub const SILHOUETTE_INSET: f64 = 11.0;
 

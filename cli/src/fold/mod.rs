@@ -391,6 +391,8 @@ fn make(args: &FoldArgs, source: &Source, path: &Path, recipe: &Recipe, paper: P
     }
     notes.extend(check_widths(&mesh, recipe.scale, args.force)?);
     control.check()?;
+    let title = format!("{}, {}", source.name(path), size_text(&mesh));
+    let wrap = wrap_sheet(args, source, recipe, paper, &title)?;
     let tabs = TabStyle { width: args.sheet.tab };
     let default = Effort::default();
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a positive number far below 2^63")]
@@ -413,14 +415,12 @@ fn make(args: &FoldArgs, source: &Source, path: &Path, recipe: &Recipe, paper: P
         notes.push(format!("{bare} glued edges have no place for a tab: join them with tape"));
     }
     (control.progress)("drawing", 0.92);
-    let title = format!("{}, {}", source.name(path), size_text(&mesh));
     let look = args.look(&title);
     let mut sheets = sheets(&mesh, &pattern, paper, &look)?;
     if sheets.missed > 0 {
         notes.push(format!("{} numbers found no place at their edges", sheets.missed));
     }
     sheets.pages.push(assembly::page(&mesh, &pattern, paper, &title));
-    let wrap = wrap_sheet(args, source, recipe, paper, &title)?;
     let wrap = wrap.map(|(wrap, told)| {
         sheets.pages.insert(0, wrap.page);
         sheets.places.iter_mut().for_each(|p| p.page += 1);
