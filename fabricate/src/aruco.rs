@@ -1,7 +1,7 @@
 //! Markers that a camera finds: `OpenCV`'s predefined dictionary `DICT_5X5_100`.
 //!
 //! The bits are kept here as data, so that printing needs no `OpenCV`: a marker is a black frame around 5 x 5 cells, row by row from the
-//! upper left, 1 white. From OpenCV 4.10, `modules/objdetect/src/aruco/predefined_dictionaries.hpp` (Apache-2.0).
+//! upper left, 1 white. From `OpenCV` 4.10, `modules/objdetect/src/aruco/predefined_dictionaries.hpp` (Apache-2.0).
 
 /// Cells along a side, the frame included.
 pub const CELLS: usize = 7;

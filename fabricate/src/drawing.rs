@@ -123,7 +123,7 @@ impl Page {
     }
 }
 
-/// Width of a text, mm, about: DejaVu Sans has digits of .636 and letters of .6 of its size.
+/// Width of a text, mm, about: `DejaVu` Sans has digits of .636 and letters of .6 of its size.
 pub fn text_width(text: &str, size: f64) -> f64 {
     0.65 * size * text.chars().count() as f64
 }

@@ -73,7 +73,7 @@ pub fn origami_simulator(mesh: &Mesh, piece: &Piece) -> String {
     out
 }
 
-/// Layers of the DXF with their AutoCAD colours.
+/// Layers of the DXF with their colours by number.
 const DXF_LAYERS: [(&str, u8); 4] = [("CUT", 7), ("SCORE_M", 1), ("SCORE_V", 5), ("REG", 3)];
 
 /// The lines of a page as DXF R12, mm, y up.

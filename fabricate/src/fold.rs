@@ -32,7 +32,7 @@ pub fn surface(source: &Source, recipe: &Recipe) -> Result<Mesh, BadInput> {
         ));
     }
     let size = soup.size();
-    if !(size > 1e-3) {
+    if size.is_nan() || size <= 1e-3 {
         let problem = format!("the surface is {size:e} mm large");
         return Err(BadInput::new(problem, "make it larger with --scale").at_field("--scale"));
     }

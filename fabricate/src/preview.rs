@@ -15,6 +15,8 @@ use serde::Serialize;
 
 /// Nodes along each side of the sampled period.
 const NODES: usize = 96;
+/// The same, for places that wrap around.
+const WRAP: i64 = 96;
 /// Triangles of a tile up to which each point looks through all of them.
 const MAX_DENSE: usize = 20_000;
 /// Relative error to which both are computed.
@@ -130,7 +132,7 @@ fn sample(tile: &Tile) -> Result<Vec<f64>> {
                 let (u, v) = ((b.truncate() - p).perp_dot(c.truncate() - p) / area, (c.truncate() - p).perp_dot(a.truncate() - p) / area);
                 let w = 1.0 - u - v;
                 if u >= -1e-9 && v >= -1e-9 && w >= -1e-9 {
-                    let wrapped = |k: i64| k.rem_euclid(NODES as i64) as usize;
+                    let wrapped = |k: i64| k.rem_euclid(WRAP) as usize;
                     let slot = &mut heights[wrapped(j) * NODES + wrapped(i)];
                     *slot = slot.max(u * a.z + v * b.z + w * c.z);
                 }
@@ -165,11 +167,11 @@ fn morph(heights: &[f64], period: DVec2, radius: f64, closing: bool) -> Vec<f64>
             }
         }
     }
-    let at = |i: i64, j: i64| (j.rem_euclid(NODES as i64) as usize) * NODES + i.rem_euclid(NODES as i64) as usize;
+    let at = |i: i64, j: i64| (j.rem_euclid(WRAP) as usize) * NODES + i.rem_euclid(WRAP) as usize;
     let dilate = |h: &[f64], sign: f64| -> Vec<f64> {
-        (0..NODES * NODES)
+        (0..WRAP * WRAP)
             .map(|k| {
-                let (x, y) = ((k % NODES) as i64, (k / NODES) as i64);
+                let (x, y) = (k % WRAP, k / WRAP);
                 sign * ball.iter().map(|&(i, j, b)| sign * h[at(x + i, y + j)] + b).fold(f64::NEG_INFINITY, f64::max)
             })
             .collect()

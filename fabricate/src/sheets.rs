@@ -2,7 +2,7 @@
 
 use crate::drawing::{BLACK, GREY, Item, Layer, Mark, Page, Style, srgb};
 use crate::labels::{Label, Labels, NAME, NUMBER};
-use crate::layout::{FOOTER, Paper, Place, shelves};
+use crate::layout::{Paper, Place, shelves};
 use crate::mesh::Mesh;
 use crate::pattern::{Pattern, Piece};
 use biscale::error::BadInput;
@@ -300,7 +300,6 @@ pub fn footer(page: &mut Page, paper: Paper, angles: Option<&str>, title: &str, 
         }
     }
     page.text(at(0.2, 13.2), fit(title, 3.0, width), title);
-    debug_assert!(13.2 + 1.5 < FOOTER, "the footer is as high as what stands in it");
 }
 
 /// The marks that Silhouette's cutters look for: a square of 5 mm at the upper left, two corners of 20 mm lines .5 mm thick.

@@ -10,7 +10,7 @@ use crate::sheets::footer;
 use biscale::error::BadInput;
 use glam::DVec2;
 use serde::Serialize;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 /// What the material is put on; lengths in mm.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -136,7 +136,7 @@ impl Target {
 /// A marker on the page.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Marker {
-    /// Number in OpenCV's `DICT_5X5_100`.
+    /// Number in the dictionary `DICT_5X5_100`.
     pub id: usize,
     /// Corners from its own upper left clockwise, mm, y up from the page's lower left corner.
     pub corners_mm: [[f64; 2]; 4],
@@ -232,7 +232,6 @@ fn sector(extent: DVec2, seam: f64) -> Vec<DVec2> {
     let steps = 120;
     let mut out = vec![DVec2::ZERO];
     out.extend((0..=steps).map(|k| side * DVec2::from_angle(with_seam * f64::from(k) / f64::from(steps))));
-    let _ = PI;
     out
 }
 

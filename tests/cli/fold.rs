@@ -1,6 +1,6 @@
 //! `biscale fold` from end to end: what it writes folds to the design, by two independent checks.
 
-#![allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic")]
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test that meets the unexpected should panic, and says what it skips")]
 
 #[allow(dead_code, reason = "shared by several test programs; each uses its part")]
 mod support;

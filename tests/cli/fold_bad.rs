@@ -125,7 +125,7 @@ fn a_mesh_beyond_all_folding_is_refused_at_once() {
     let n = 161;
     for j in 0..n {
         for i in 0..n {
-            text.push_str(&format!("v {i} {j} {}\n", (i * 7 + j * 13) % 5));
+            text.push_str(&format!("v {i} {j} {}\n", (i * i * 3 + j * j * 7 + i * j) % 5));
         }
     }
     for j in 0..n - 1 {

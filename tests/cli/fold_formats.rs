@@ -1,6 +1,6 @@
 //! The files of `biscale fold` as other programs would read them.
 
-#![allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic")]
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test that meets the unexpected should panic, and says what it skips")]
 
 #[allow(dead_code, reason = "shared by several test programs; each uses its part")]
 mod support;

@@ -397,6 +397,11 @@ fn outlines(seen: &Seen, report: &mut Report) {
     report.outline_area_error = Some((inside / all - 1.0).abs());
 }
 
+/// Whether an error is above a limit, or no number.
+fn exceeds(error: f64, limit: f64) -> bool {
+    error.is_nan() || error > limit
+}
+
 impl Report {
     fn judge(&mut self) {
         let mut failures = Vec::new();
@@ -406,14 +411,17 @@ impl Report {
             }
         };
         check(self.missing_or_double > 0, format!("{} facets are missing, double or turned", self.missing_or_double));
-        check(!(self.edge_length_error <= EDGE_LENGTH), format!("an edge's length is off by {:e} of it", self.edge_length_error));
-        check(!(self.fold_angle_error_deg <= ANGLE_DEG), format!("a fold is off by {:e} degrees", self.fold_angle_error_deg));
-        check(!(self.position_error_mm <= POSITION), format!("a refolded corner is off by {:e} mm", self.position_error_mm));
-        check(!(self.glue_gap_mm <= 2.0 * POSITION), format!("a glued edge gapes by {:e} mm", self.glue_gap_mm));
-        check(self.folded_form_error_mm.is_some_and(|e| !(e <= POSITION)), "the folded form in the file is not the design".to_owned());
+        check(exceeds(self.edge_length_error, EDGE_LENGTH), format!("an edge's length is off by {:e} of it", self.edge_length_error));
+        check(exceeds(self.fold_angle_error_deg, ANGLE_DEG), format!("a fold is off by {:e} degrees", self.fold_angle_error_deg));
+        check(exceeds(self.position_error_mm, POSITION), format!("a refolded corner is off by {:e} mm", self.position_error_mm));
+        check(exceeds(self.glue_gap_mm, 2.0 * POSITION), format!("a glued edge gapes by {:e} mm", self.glue_gap_mm));
+        check(self.folded_form_error_mm.is_some_and(|e| exceeds(e, POSITION)), "the folded form in the file is not the design".to_owned());
         check(self.overlaps > 0, format!("{} overlaps, the largest of {:.4} mm2", self.overlaps, self.largest_overlap_mm2));
         check(self.crossings > 0, format!("cut lines cross {} times", self.crossings));
-        check(self.outline_area_error.is_some_and(|e| !(e <= 1e-6)), "the cut lines do not hold the facets and tabs exactly".to_owned());
+        check(
+            self.outline_area_error.is_some_and(|e| exceeds(e, 1e-6)),
+            "the cut lines do not hold the facets and tabs exactly".to_owned(),
+        );
         check(self.margin_violation_mm > 1e-6, format!("something reaches {:.3} mm into the margin", self.margin_violation_mm));
         self.failures = failures;
     }

@@ -6,6 +6,9 @@ use biscale::geometry::weave::Weave;
 use glam::DVec2;
 use std::collections::BTreeMap;
 
+/// Corners of a strip, and its crossings: where they are along it, and whether it lies over.
+type Known<'s> = (&'s [DVec2], Vec<(f64, bool)>);
+
 /// What is wrong with the strips in a file, in words; nothing if all is well. `scale` is printed mm for one unit of the weave.
 ///
 /// Orders of over and under are compared with the draft; the distance of neighbouring crossings with an upper and a lower bound that
@@ -18,7 +21,7 @@ pub fn verify_strips(seen: &Seen, weave: &Weave, scale: f64, periods: [u32; 2], 
         return Err(BadInput::new("there is no strip in the file", "name an SVG that `biscale fold` wrote of a weave"));
     }
     let mut wrong = Vec::new();
-    let mut known: BTreeMap<&str, (&[DVec2], Vec<(f64, bool)>)> = BTreeMap::new();
+    let mut known: BTreeMap<&str, Known<'_>> = BTreeMap::new();
     for (name, polygon) in &seen.strips {
         if known.insert(name, (polygon, Vec::new())).is_some() {
             wrong.push(format!("{name} stands twice"));
