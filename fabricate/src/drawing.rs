@@ -30,6 +30,8 @@ pub enum Style {
     Mountain,
     /// Valley fold: dashes.
     Valley,
+    /// White under a line on dark colours.
+    Halo,
     /// An edge that is flat to the eye: not drawn, there for readers.
     Hidden,
     /// A line of a picture, grey.

@@ -171,6 +171,13 @@ fn draw_piece(page: &mut Page, mesh: &Mesh, pattern: &Pattern, k: usize, piece: 
             data: vec![("piece", id.clone()), ("facet", f.to_string())],
         });
     }
+    // Black, red and blue do not show on dark colours: lines get a white bed there.
+    if look.colours && piece.facets.iter().any(|(f, _)| is_dark(facet_fill(mesh, *f, look))) {
+        let lines = piece.folds.iter().filter(|f| f.angle.abs() >= FLAT).map(|f| (f.ends.to_vec(), false));
+        for (points, closed) in lines.chain(piece.outline.iter().map(|o| (o.clone(), true))) {
+            page.line(Layer::Print, Style::Halo, &points, closed);
+        }
+    }
     for fold in &piece.folds {
         // Flat inside a piece is no line to fold: nothing is drawn, but a reader learns the angle.
         if fold.angle == 0.0 {
@@ -216,10 +223,15 @@ fn draw_piece(page: &mut Page, mesh: &Mesh, pattern: &Pattern, k: usize, piece: 
     labels.missed
 }
 
+/// Whether black is hard to see on a colour.
+fn is_dark(colour: [u8; 3]) -> bool {
+    colour.iter().map(|&v| u32::from(v)).sum::<u32>() < 300
+}
+
 fn text(label: &Label, mesh: &Mesh, piece: &Piece, look: &Look) -> Mark {
     // White on dark facets.
     let under = piece.facets.iter().find(|(_, p)| crate::polygon::contains(p, label.at)).map(|(f, _)| facet_fill(mesh, *f, look));
-    let dark = under.is_some_and(|c| c.iter().map(|&v| u32::from(v)).sum::<u32>() < 300);
+    let dark = under.is_some_and(is_dark);
     let colour = if dark {
         [235; 3]
     } else if label.size > NUMBER[0] {

@@ -1,6 +1,6 @@
 //! A page as SVG: one user unit is 1 mm, layers are groups that Inkscape and cutters know.
 
-use crate::drawing::{LAYERS, LINE_WIDTH, Mark, Page, Style};
+use crate::drawing::{LAYERS, LINE_WIDTH, Layer, Mark, Page, Style};
 use glam::DVec2;
 use std::fmt::Write as _;
 
@@ -44,6 +44,7 @@ fn stroke(style: Style) -> String {
         Style::Cut => ("#000000", LINE_WIDTH, ""),
         Style::Mountain => ("#c03030", LINE_WIDTH, "3 0.9 0.5 0.9"),
         Style::Valley => ("#3050c0", LINE_WIDTH, "1.6 1.1"),
+        Style::Halo => ("#ffffff", 0.6, ""),
         Style::Thin => ("#808080", 0.15, ""),
         Style::Bold => ("#000000", 0.4, ""),
     };
@@ -86,7 +87,14 @@ pub fn document(page: &Page, dpi: Option<f64>, recipe: &str) -> String {
                             format!("{x},{y}")
                         })
                         .collect();
-                    let _ = writeln!(out, "<polygon{data} points=\"{}\" fill=\"#{r:02x}{g:02x}{b:02x}\"/>", points.join(" "));
+                    // A hair of the same colour closes the seams that antialiasing leaves between neighbours.
+                    let hair = match layer {
+                        Layer::Print if [*r, *g, *b] != [255; 3] => {
+                            format!(" stroke=\"#{r:02x}{g:02x}{b:02x}\" stroke-width=\"0.06\" stroke-linejoin=\"round\"")
+                        }
+                        _ => String::new(),
+                    };
+                    let _ = writeln!(out, "<polygon{data} points=\"{}\" fill=\"#{r:02x}{g:02x}{b:02x}\"{hair}/>", points.join(" "));
                 }
                 Mark::Line { points, closed, style } => {
                     let mut d = String::new();
