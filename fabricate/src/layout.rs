@@ -154,3 +154,44 @@ pub fn shelves(outlines: &[Vec<DVec2>], area: DVec2, roll: bool) -> Result<(Vec<
     }
     Ok((places, tops.len()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rectangle(w: f64, h: f64) -> Vec<DVec2> {
+        vec![DVec2::ZERO, DVec2::new(w, 0.0), DVec2::new(w, h), DVec2::new(0.0, h)]
+    }
+
+    #[test]
+    fn a_hull_drops_what_lies_inside_or_on_a_line() {
+        let mut points = rectangle(4.0, 2.0);
+        points.extend([DVec2::new(2.0, 1.0), DVec2::new(2.0, 0.0)]);
+        assert_eq!(hull(points.into_iter()), rectangle(4.0, 2.0));
+    }
+
+    #[test]
+    fn pieces_lie_apart_and_inside_turned_if_need_be() {
+        let area = DVec2::new(100.0, 60.0);
+        let outlines: Vec<Vec<DVec2>> = (1..30).map(|k| rectangle(5.0 + f64::from(k), 95.0 - 3.0 * f64::from(k))).collect();
+        let (places, pages) = shelves(&outlines, area, false).unwrap();
+        let boxes: Vec<(usize, DVec2, DVec2)> = outlines
+            .iter()
+            .zip(&places)
+            .map(|(o, p)| {
+                let moved = o.iter().map(|q| q.x * p.x + q.y * p.x.perp() + p.shift);
+                let (l, h) = moved.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), q| (l.min(q), h.max(q)));
+                (p.page, l, h)
+            })
+            .collect();
+        for (k, (page, l, h)) in boxes.iter().enumerate() {
+            assert!(*page < pages && l.min_element() > -1e-9 && h.x < 100.0 + 1e-9 && h.y < 60.0 + 1e-9, "piece {k}: {l} to {h}");
+            for (other, m, n) in &boxes[k + 1..] {
+                let gap = (*m - *h).max(*l - *n).max_element();
+                assert!(other != page || gap >= GAP - 1e-9, "piece {k}: {gap}");
+            }
+        }
+        let message = shelves(&[rectangle(120.0, 70.0)], area, false).unwrap_err().to_string();
+        assert!(message.contains("120.0 x 70.0") || message.contains("70.0 x 120.0"), "{message}");
+    }
+}

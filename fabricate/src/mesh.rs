@@ -673,3 +673,63 @@ impl Facet {
             .unwrap_or(0)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mesh(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<Mesh, BadInput> {
+        let soup = Triangles::white(vertices.iter().map(|&v| v.into()).collect(), triangles.to_vec());
+        let tolerance = Tolerance::of_size(soup.size());
+        Mesh::new(soup, tolerance)
+    }
+
+    #[test]
+    fn coplanar_neighbours_are_one_facet_and_corners_on_straight_lines_go() {
+        // Two squares side by side, cut into triangles, and a flap folded up by 90 degrees behind them.
+        let vertices = [[0., 0., 0.], [1., 0., 0.], [2., 0., 0.], [0., 1., 0.], [1., 1., 0.], [2., 1., 0.], [0., 1., 1.], [2., 1., 1.]];
+        let m = mesh(&vertices, &[[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [3, 4, 6], [4, 5, 7], [4, 7, 6]]).unwrap();
+        assert_eq!(m.facets.len(), 2);
+        assert!(m.facets.iter().all(|f| f.corners.len() == 4), "{:?}", m.facets);
+        let folds: Vec<&Edge> = m.edges.iter().filter(|e| e.sides[1].is_some()).collect();
+        assert_eq!(folds.len(), 1, "one edge of 2, not two of 1");
+        assert!((folds[0].angle - std::f64::consts::FRAC_PI_2).abs() < 1e-12, "a valley: {}", folds[0].angle);
+        assert_eq!((m.border_loops(), m.components().len()), (1, 1));
+    }
+
+    #[test]
+    fn a_corner_on_the_edge_of_a_neighbour_joins_them() {
+        let vertices = [[0., 0., 0.], [2., 0., 0.], [1., 1., 1.], [1., 0., 0.], [0., -1., 1.], [2., -1., 1.]];
+        let m = mesh(&vertices, &[[0, 1, 2], [0, 4, 3], [3, 5, 1]]).unwrap();
+        assert_eq!(m.components().len(), 1);
+        assert_eq!(m.edges.iter().filter(|e| e.sides[1].is_some()).count(), 2);
+    }
+
+    #[test]
+    fn a_ring_of_coplanar_triangles_does_not_become_a_facet_with_a_hole() {
+        let mut vertices = Vec::new();
+        for r in [1.0, 2.0] {
+            vertices.extend((0..4).map(|k| {
+                let (s, c) = (f64::from(k) * std::f64::consts::FRAC_PI_2).sin_cos();
+                [r * c, r * s, 0.0]
+            }));
+        }
+        let ring: Vec<[u32; 3]> = (0..4_u32)
+            .flat_map(|k| {
+                let n = (k + 1) % 4;
+                [[k, k + 4, n + 4], [k, n + 4, n]]
+            })
+            .collect();
+        let m = mesh(&vertices, &ring).unwrap();
+        assert!(m.facets.len() >= 2, "{} facets", m.facets.len());
+        let area: f64 = m.facets.iter().map(|f| crate::polygon::area(&f.flat)).sum();
+        assert!((area - (8.0 - 2.0)).abs() < 1e-9, "{area}");
+        assert_eq!(m.border_loops(), 2);
+    }
+
+    #[test]
+    fn volumes_are_those_of_prisms_and_solids() {
+        let lifted = Triangles::white(vec![DVec3::ZERO, DVec3::new(2., 0., 0.), DVec3::new(0., 2., 3.)], vec![[0, 1, 2]]);
+        assert!((lifted.volume() - 2.0).abs() < 1e-12, "{}", lifted.volume());
+    }
+}

@@ -7,6 +7,7 @@ use crate::mesh::Mesh;
 use crate::pattern::{Pattern, Piece};
 use biscale::error::BadInput;
 use glam::DVec2;
+use std::collections::BTreeMap;
 
 /// What is drawn.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +18,8 @@ pub struct Look {
     pub colours: bool,
     /// Print fold angles beside the folds where they have place.
     pub angles: bool,
+    /// Length of a period along x, mm: the first facet of each period carries its number, as the lines of a wrap sheet do. 0 for none.
+    pub period: f64,
     /// Print edge numbers.
     pub numbers: bool,
     /// Silhouette's three registration marks on every page.
@@ -71,9 +74,10 @@ pub fn sheets(mesh: &Mesh, pattern: &Pattern, paper: Paper, look: &Look) -> Resu
         ..look.clone()
     };
     let angles = (!look.angles && kinds.len() <= FEW_KINDS && !kinds.is_empty()).then(|| angles_text(&kinds));
+    let rows = rows(mesh, look.period);
     let mut missed = 0;
     for (k, (piece, place)) in placed.iter().zip(&places).enumerate() {
-        missed += draw_piece(&mut pages[place.page], mesh, pattern, k, piece, look);
+        missed += draw_piece(&mut pages[place.page], mesh, pattern, k, piece, look, &rows);
     }
     let backs: Vec<Page> = if look.back { pages.iter().map(mirrored).collect() } else { Vec::new() };
     // The page that tells how to put the pieces together follows.
@@ -100,6 +104,27 @@ pub fn sheets(mesh: &Mesh, pattern: &Pattern, paper: Paper, look: &Look) -> Resu
     }
     let places = places.into_iter().map(|p| Place { page: p.page * (1 + usize::from(look.back)), shift: p.shift + corner, ..p }).collect();
     Ok(Sheets { pages: all, places, missed })
+}
+
+/// For each period along x the facet that begins it, at the lowest y, with the text `#1` and so on.
+fn rows(mesh: &Mesh, period: f64) -> BTreeMap<u32, String> {
+    let low = mesh.vertices.iter().map(|v| v.x).fold(f64::INFINITY, f64::min);
+    let size = mesh.vertices.iter().map(|v| v.x - low).fold(0.0, f64::max);
+    if !(period > 0.0 && size > 1.5 * period) {
+        return BTreeMap::new();
+    }
+    let mut first: BTreeMap<u64, (f64, f64, u32)> = BTreeMap::new();
+    for (k, facet) in (0_u32..).zip(&mesh.facets) {
+        let middle = facet.corners.iter().map(|&c| mesh.vertices[c as usize]).sum::<glam::DVec3>() / facet.corners.len() as f64;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some thousand periods")]
+        let row = ((middle.x - low) / period).floor() as u64;
+        let place = (middle.y, middle.x, k);
+        let best = first.entry(row).or_insert(place);
+        if (place.0, place.1) < (best.0, best.1) {
+            *best = place;
+        }
+    }
+    first.into_iter().map(|(row, (_, _, k))| (k, format!("#{}", row + 1))).collect()
 }
 
 /// So many kinds of folds are told once, in the footer, where there are more than so many folds.
@@ -144,7 +169,15 @@ fn bleed(page: &mut Page, mesh: &Mesh, piece: &Piece) {
     }
 }
 
-fn draw_piece(page: &mut Page, mesh: &Mesh, pattern: &Pattern, k: usize, piece: &Piece, look: &Look) -> usize {
+fn draw_piece(
+    page: &mut Page,
+    mesh: &Mesh,
+    pattern: &Pattern,
+    k: usize,
+    piece: &Piece,
+    look: &Look,
+    rows: &BTreeMap<u32, String>,
+) -> usize {
     let id = (k + 1).to_string();
     for tab in &piece.tabs {
         page.items.push(Item {
@@ -216,7 +249,7 @@ fn draw_piece(page: &mut Page, mesh: &Mesh, pattern: &Pattern, k: usize, piece: 
             data: vec![("piece", id.clone()), ("loop", j.to_string())],
         });
     }
-    let labels = labels(mesh, pattern, k, piece, look);
+    let labels = labels(mesh, pattern, k, piece, look, rows);
     for label in &labels.placed {
         page.add(Layer::Print, text(label, mesh, piece, look));
     }
@@ -243,7 +276,7 @@ fn text(label: &Label, mesh: &Mesh, piece: &Piece, look: &Look) -> Mark {
 }
 
 /// The texts of one piece: its name, the numbers of its edges, the angles of its folds.
-fn labels(mesh: &Mesh, pattern: &Pattern, k: usize, piece: &Piece, look: &Look) -> Labels {
+fn labels(mesh: &Mesh, pattern: &Pattern, k: usize, piece: &Piece, look: &Look, rows: &BTreeMap<u32, String>) -> Labels {
     let mut labels = Labels::default();
     let alike = pattern.alike(k);
     let mut name = format!("{}", k + 1);
@@ -255,6 +288,12 @@ fn labels(mesh: &Mesh, pattern: &Pattern, k: usize, piece: &Piece, look: &Look) 
     // In full where it fits, else the number alone.
     let _ = largest.iter().take(8).any(|(_, p)| labels.within(p, &name, NAME))
         || largest.iter().take(8).any(|(_, p)| labels.within(p, &(k + 1).to_string(), NAME));
+    for (f, polygon) in &piece.facets {
+        if let Some(row) = rows.get(f) {
+            // A number that finds no place is told by its neighbours.
+            labels.within(polygon, row, [2.6, 1.0]);
+        }
+    }
     let facet = |f: u32| piece.facets.iter().find(|(g, _)| *g == f).map(|(_, p)| p.as_slice()).unwrap_or_default();
     if look.numbers {
         for tab in &piece.tabs {

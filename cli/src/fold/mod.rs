@@ -347,6 +347,7 @@ impl FoldArgs {
     fn look(&self, title: &str) -> Look {
         Look {
             title: title.to_owned(),
+            period: 0.0,
             colours: !self.sheet.no_colours,
             angles: !self.sheet.no_angles,
             numbers: !self.sheet.no_numbers,
@@ -415,7 +416,8 @@ fn make(args: &FoldArgs, source: &Source, path: &Path, recipe: &Recipe, paper: P
         notes.push(format!("{bare} glued edges have no place for a tab: join them with tape"));
     }
     (control.progress)("drawing", 0.92);
-    let look = args.look(&title);
+    let period = if matches!(source, Source::Material(_)) { source.period(recipe.scale).x } else { 0.0 };
+    let look = Look { period, ..args.look(&title) };
     let mut sheets = sheets(&mesh, &pattern, paper, &look)?;
     if sheets.missed > 0 {
         notes.push(format!("{} numbers found no place at their edges", sheets.missed));

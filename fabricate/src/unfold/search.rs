@@ -27,7 +27,7 @@ pub struct Effort {
 
 impl Default for Effort {
     fn default() -> Self {
-        Self { seed: 0, runs: 6, work: 8_000_000 }
+        Self { seed: 0, runs: 6, work: 6_000_000 }
     }
 }
 

@@ -143,6 +143,9 @@ pub fn read_fold(text: &str) -> Result<Seen, BadInput> {
     }
     if !list(&file, "file_frames")?.is_empty() {
         let folded = Frame::read(&file, Some(0))?;
+        if folded.faces.iter().map(Vec::len).ne(frame.faces.iter().map(Vec::len)) {
+            return Err(bad("the folded form has other faces than the crease pattern"));
+        }
         seen.folded = Some(folded.faces.iter().map(|f| f.iter().map(|&v| folded.vertices[v]).collect()).collect());
     }
     Ok(seen)
