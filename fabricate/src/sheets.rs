@@ -74,7 +74,7 @@ pub fn sheets(mesh: &Mesh, pattern: &Pattern, paper: Paper, look: &Look) -> Resu
         ..look.clone()
     };
     let angles = (!look.angles && kinds.len() <= FEW_KINDS && !kinds.is_empty()).then(|| angles_text(&kinds));
-    let rows = rows(mesh, look.period);
+    let rows = if look.numbers { rows(mesh, look.period) } else { BTreeMap::new() };
     let mut missed = 0;
     for (k, (piece, place)) in placed.iter().zip(&places).enumerate() {
         missed += draw_piece(&mut pages[place.page], mesh, pattern, k, piece, look, &rows);
