@@ -11,6 +11,7 @@ mod output;
 mod pairs;
 mod plot;
 mod progress;
+mod render;
 mod report;
 
 use biscale::error::{Error, Result};
@@ -47,8 +48,8 @@ enum Command {
     Bake(bake::BakeArgs),
     /// Pictures: polar plots of the effective BRDF, a view of the surface
     Plot(plot::PlotArgs),
-    /// The large-scale appearance, as an image (not built yet)
-    Render(later::LaterArgs),
+    /// The large-scale appearance, as an image
+    Render(render::RenderArgs),
     /// Error against time, for every method and setting (not built yet)
     Study(later::LaterArgs),
     /// Folding pattern (not built yet)
@@ -98,7 +99,7 @@ fn run(cli: &Cli) -> Result<u8> {
         Command::Eval(args) => eval::run(args, &cli.common)?,
         Command::Bake(args) => bake::run(args, &cli.common)?,
         Command::Plot(args) => plot::run(args, &cli.common)?,
-        Command::Render(_) => later::run("render")?,
+        Command::Render(args) => render::run(args, &cli.common)?,
         Command::Study(_) => later::run("study")?,
         Command::Fold(_) => later::run("fold")?,
         Command::Capture(_) => later::run("capture")?,
