@@ -2,18 +2,22 @@
 
 use crate::options::{CommonArgs, QualityArgs};
 use crate::output::{self, Target};
+use crate::png_file;
 use crate::progress;
-use biscale::error::{BadInput, Error, Result};
+use biscale::error::{BadInput, Result};
 use biscale::filter::Quality;
-use biscale::render::picture::{Picture, SOFTWARE};
+use biscale::render::picture::SOFTWARE;
 use biscale::render::scene::Scene;
 use biscale::render::{Rendered, render};
 use clap::Args;
 use serde::{Serialize, Serializer};
 use std::fmt;
-use std::io::{self, Read};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+
+/// What every image of this command says of who made it.
+const MARK: &str = "biscale render ";
 
 /// Arguments of `biscale render`.
 #[derive(Args, Debug)]
@@ -38,7 +42,8 @@ pub struct RenderArgs {
     quality: QualityArgs,
 }
 
-fn exposure(text: &str) -> Result<f64, String> {
+/// Reads `--exposure`.
+pub fn exposure(text: &str) -> Result<f64, String> {
     text.trim().parse().ok().filter(|v| (-64.0..=64.0).contains(v)).ok_or_else(|| "write stops from -64 to 64, such as 1.5".to_owned())
 }
 
@@ -75,7 +80,7 @@ impl Format {
 pub fn run(args: &RenderArgs, common: &CommonArgs) -> Result<()> {
     let quality = args.quality.quality()?;
     let formats = args.output.iter().map(|path| Format::of(path)).collect::<Result<Vec<_>>>()?;
-    let target = |path: &PathBuf| Target::new(path, args.force, &[&args.scene], made_here);
+    let target = |path: &PathBuf| Target::new(path, args.force, &[&args.scene], |file| png_file::names(file, MARK));
     let targets = args.output.iter().map(target).collect::<Result<Vec<_>>>()?;
     let start = Instant::now();
     let scene = Scene::load(&args.scene)?;
@@ -89,7 +94,9 @@ pub fn run(args: &RenderArgs, common: &CommonArgs) -> Result<()> {
                 target.write_file(|file| rendered.picture.write_exr(io::BufWriter::new(file), args.alpha, &comment))?;
             }
             Format::Png => {
-                let png = png(&rendered.picture, args.exposure, args.alpha, &comment)?;
+                let pixels = rendered.picture.to_srgb(args.exposure, args.alpha);
+                let size = [scene.camera.width, scene.camera.height];
+                let png = png_file::encode(size, &pixels, args.alpha, SOFTWARE, &comment)?;
                 target.write(|out| out.write_all(&png))?;
             }
         }
@@ -99,30 +106,6 @@ pub fn run(args: &RenderArgs, common: &CommonArgs) -> Result<()> {
     }
     output::tell(common, &summary.to_string());
     Ok(())
-}
-
-/// The bytes of a PNG file.
-fn png(picture: &Picture, exposure: f64, alpha: bool, comment: &str) -> Result<Vec<u8>> {
-    let failed = |e: png::EncodingError| Error::Numeric(format!("cannot encode the picture: {e}; please report this"));
-    let mut out = Vec::new();
-    let mut encoder = png::Encoder::new(&mut out, picture.width, picture.height);
-    encoder.set_color(if alpha { png::ColorType::Rgba } else { png::ColorType::Rgb });
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::High);
-    encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
-    encoder.add_text_chunk("Software".to_owned(), SOFTWARE.to_owned()).map_err(failed)?;
-    encoder.add_itxt_chunk("Comment".to_owned(), comment.to_owned()).map_err(failed)?;
-    let mut writer = encoder.write_header().map_err(failed)?;
-    writer.write_image_data(&picture.to_srgb(exposure, alpha)).and_then(|()| writer.finish()).map_err(failed)?;
-    Ok(out)
-}
-
-/// Whether the file was written by this command: it says so near its beginning.
-fn made_here(path: &Path) -> bool {
-    const MARK: &[u8] = b"biscale render ";
-    let mut head = Vec::new();
-    let read = std::fs::File::open(path).and_then(|file| file.take(4096).read_to_end(&mut head));
-    read.is_ok() && head.windows(MARK.len()).any(|w| w == MARK)
 }
 
 /// The output of `--json`.

@@ -33,6 +33,8 @@ pub const MAX_RINGS: usize = 48;
 const FACET_SHARE: f64 = 0.5;
 /// A finer grid is made a little finer than the law `1 / rings²` says.
 const MARGIN: f64 = 1.05;
+/// Largest cosine of the directions that stand for the nodes on the horizon.
+const HORIZON_COSINE: f64 = 0.02;
 /// Pairs of one call of the filter.
 const CHUNK: usize = 1 << 20;
 
@@ -96,6 +98,21 @@ pub fn locate(grid: &HemisphereGrid, w: Vec3) -> Located {
     #[expect(clippy::cast_possible_truncation, reason = "weights are f32 in hot loops")]
     let weights = weights.map(|v| v as f32);
     Located { triangle: u32::try_from(triangle).expect("grids have few triangles"), weights }
+}
+
+/// The directions at which the values of the nodes are computed, and the factor from there to the node.
+///
+/// What reaches a surface, and what leaves it, goes to 0 with the cosine: so does `S`, in each of its directions. At the nodes on the
+/// horizon, whose cosine is 1e-4, rays would pass thousands of periods to tell a number of that size. It is found a little higher up, below
+/// the last ring but one, and scaled.
+fn stand_ins(grid: &HemisphereGrid) -> Vec<(DVec3, f64)> {
+    let above = grid.nodes().iter().map(|n| n.z).filter(|&z| z > 2.0 * MIN_COSINE).fold(1.0, f64::min);
+    let z = HORIZON_COSINE.min(0.5 * above);
+    let lifted = |n: &DVec3| {
+        let flat = n.truncate().normalize_or_zero() * (1.0 - z * z).sqrt();
+        if n.z < z { (flat.extend(z), n.z / z) } else { (*n, 1.0) }
+    };
+    grid.nodes().iter().map(lifted).collect()
 }
 
 /// The key of a cell.
@@ -249,19 +266,21 @@ impl Table {
         wanted.par_sort_unstable();
         wanted.dedup();
         #[expect(clippy::cast_possible_truncation, reason = "halves of a key")]
-        let nodes = |pair: u64| [(pair & 0xffff_ffff) as u32, (pair >> 32) as u32];
+        let halves = |pair: u64| [(pair & 0xffff_ffff) as u32, (pair >> 32) as u32];
         let place: FxHashMap<u64, u32> = (0_u32..).zip(&wanted).map(|(at, &pair)| (pair, at)).collect();
         let corners: Vec<[u32; 9]> = keys.par_iter().map(|&key| corners(key).map(|pair| place[&pair])).collect();
-        let ordered: Vec<[u32; 2]> = wanted.iter().map(|&p| nodes(p)).collect();
+        let ordered: Vec<[u32; 2]> = wanted.iter().map(|&p| halves(p)).collect();
         let pairs = distinct(&ordered, is_reciprocal(small));
         let repeated = Quality { plan: Some(plan.summary.plan.clone()), ..quality.clone() };
         let mut filled = Vec::with_capacity(ordered.len());
+        let nodes = stand_ins(&grid);
         for chunk in ordered.chunks(CHUNK) {
             let begun = filled.len() as f64 / ordered.len() as f64;
-            let list: Vec<Pair> = chunk.iter().map(|&[i, o]| Pair { wi: grid.nodes()[i as usize], wo: grid.nodes()[o as usize] }).collect();
+            let list: Vec<Pair> = chunk.iter().map(|&[i, o]| Pair { wi: nodes[i as usize].0, wo: nodes[o as usize].0 }).collect();
             let result = values(&list, &repeated, begun..begun + chunk.len() as f64 / ordered.len() as f64)?;
-            for (value, pair) in result.values.iter().zip(&list) {
-                let [r, g, b] = if plan.opaque { value.fbar.map(|v| v * pair.wo.z) } else { value.s };
+            for ((value, pair), &[i, o]) in result.values.iter().zip(&list).zip(chunk) {
+                let factor = nodes[i as usize].1 * nodes[o as usize].1;
+                let [r, g, b] = if plan.opaque { value.fbar.map(|v| factor * v * pair.wo.z) } else { value.s.map(|v| factor * v) };
                 if !(r.is_finite() && g.is_finite() && b.is_finite()) {
                     return Err(Error::Numeric("an effective value is not finite; please report this".to_owned()));
                 }
@@ -276,20 +295,21 @@ impl Table {
         let mut values = self.values.clone();
         // Each value's nodes, through the cells that use it.
         let mut done = vec![false; values.len()];
+        let nodes = stand_ins(&self.grid);
         for (&key, corners) in self.cells.iter().zip(&self.corners) {
             #[expect(clippy::cast_possible_truncation, reason = "halves of a key")]
             let (viewer, light) = (self.grid.triangles()[(key >> 32) as usize], self.grid.triangles()[(key & 0xffff_ffff) as usize]);
             for (k, &at) in corners.iter().enumerate() {
                 if !std::mem::replace(&mut done[at as usize], true) {
-                    let divisor = guide.at(self.grid.nodes()[light[k % 3]], self.grid.nodes()[viewer[k / 3]]);
+                    let divisor = guide.at(nodes[light[k % 3]].0, nodes[viewer[k / 3]].0);
                     values[at as usize] /= DVec3::from(divisor).as_vec3().extend(1.0);
                 }
             }
         }
-        let nodes = (0..guide.values[0].len()).map(|n| Vec4::new(guide.values[0][n], guide.values[1][n], guide.values[2][n], 0.0));
+        let factors = (0..guide.values[0].len()).map(|n| Vec4::new(guide.values[0][n], guide.values[1][n], guide.values[2][n], 0.0));
         Self {
             grid: self.grid.clone(),
-            guide: Some((guide.rings, nodes.collect())),
+            guide: Some((guide.rings, factors.collect())),
             cells: self.cells.clone(),
             corners: self.corners.clone(),
             values,
