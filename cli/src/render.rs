@@ -9,6 +9,7 @@ use biscale::filter::Quality;
 use biscale::render::picture::SOFTWARE;
 use biscale::render::scene::Scene;
 use biscale::render::{Rendered, render};
+use biscale::toml_reader::Source;
 use clap::Args;
 use serde::{Serialize, Serializer};
 use std::fmt;
@@ -29,6 +30,9 @@ pub struct RenderArgs {
     /// Image to write, .exr or .png; may be given for both
     #[arg(long, short, value_name = "IMAGE", required = true)]
     output: Vec<PathBuf>,
+    /// Material file to take in the place of the first object's own
+    #[arg(long, value_name = "MATERIAL")]
+    material: Option<PathBuf>,
     /// Stops by which the .png is brighter than the radiance
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, value_parser = exposure, allow_negative_numbers = true)]
     exposure: f64,
@@ -83,7 +87,7 @@ pub fn run(args: &RenderArgs, common: &CommonArgs) -> Result<()> {
     let target = |path: &PathBuf| Target::new(path, args.force, &[&args.scene], |file| png_file::names(file, MARK));
     let targets = args.output.iter().map(target).collect::<Result<Vec<_>>>()?;
     let start = Instant::now();
-    let scene = Scene::load(&args.scene)?;
+    let scene = Scene::parse_with(&Source::read(&args.scene)?, args.material.as_deref())?;
     let loaded = start.elapsed().as_secs_f64() * 1e3;
     let rendered = progress::with_control(common, |control| render(&scene, &quality, control))?;
     let summary = Summary::new(&scene, &rendered, &quality, loaded, args.quality.notes());

@@ -24,7 +24,7 @@ use rustc_hash::FxHashMap;
 use std::ops::Range;
 
 /// Pairs of the picture at which the error is measured.
-pub const PROBES: usize = 512;
+pub const PROBES: usize = 256;
 /// Rings of the first grid that is tried.
 const FIRST_RINGS: usize = 8;
 /// Most rings: 6,913 directions.

@@ -163,6 +163,14 @@ impl Scene {
     /// # Errors
     /// As [`Self::load`].
     pub fn parse(source: &Source) -> Result<Self> {
+        Self::parse_with(source, None)
+    }
+
+    /// As [`Self::parse`], with the material file `instead` in the place of the first object's own.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn parse_with(source: &Source, instead: Option<&Path>) -> Result<Self> {
         let root = source.parse()?;
         let top = TableReader::new(source, "", root.get_ref(), 0);
         match top.integer("format", 0, u32::MAX)? {
@@ -199,10 +207,11 @@ impl Scene {
             let problem = format!("there are {} objects", tables.len());
             return Err(top.error_at("object", problem, format!("at most {MAX_OBJECTS} are possible")));
         }
-        let mut materials = Materials::default();
+        let mut materials = Materials { loaded: Vec::new(), instead };
         let mut objects = Vec::new();
         for (index, table) in tables.into_iter().enumerate() {
             objects.push(Object::read(index, table, &mut materials)?);
+            materials.instead = None;
         }
         top.finish()?;
         let scene = Self {
@@ -312,14 +321,16 @@ impl Surroundings {
 }
 
 /// Material files so far, each loaded once.
-#[derive(Default)]
-struct Materials {
+struct Materials<'a> {
     loaded: Vec<SceneMaterial>,
+    /// What the next object takes in the place of its own.
+    instead: Option<&'a Path>,
 }
 
-impl Materials {
+impl Materials<'_> {
     fn place(&mut self, table: &TableReader<'_>) -> Result<Option<usize>> {
         let Some(path) = table.path("material")? else { return Ok(None) };
+        let path = self.instead.take().map_or(path, Path::to_path_buf);
         if let Some(place) = self.loaded.iter().position(|m| m.material.file == path) {
             return Ok(Some(place));
         }
@@ -331,7 +342,7 @@ impl Materials {
 }
 
 impl Object {
-    fn read(index: usize, table: TableReader<'_>, materials: &mut Materials) -> Result<Self> {
+    fn read(index: usize, table: TableReader<'_>, materials: &mut Materials<'_>) -> Result<Self> {
         let kind = KINDS[required(&table, "kind", table.choice("kind", &KINDS)?, "\"sphere\"")?];
         let material = materials.place(&table)?;
         let shape = match kind {
@@ -413,7 +424,7 @@ fn read_mesh(table: &TableReader<'_>) -> Result<LargeMesh> {
 }
 
 /// The material of each part of a mesh: of its own `[[object.part]]`, else the object's.
-fn parts(table: &TableReader<'_>, mesh: &LargeMesh, rest: Option<usize>, materials: &mut Materials) -> Result<Vec<usize>> {
+fn parts(table: &TableReader<'_>, mesh: &LargeMesh, rest: Option<usize>, materials: &mut Materials<'_>) -> Result<Vec<usize>> {
     let names: Vec<&str> = mesh.parts.iter().map(String::as_str).collect();
     let mut of_part = vec![None; names.len()];
     for part in table.tables("part")? {
