@@ -59,11 +59,11 @@ def curve(points, steps):
     return out + [points[-1]]
 
 
-def turned(mesh, profile, segments=64):
-    """The surface of revolution of a profile (radius, height), bottom first outside."""
+def turned(mesh, profile, segments=64, flat_uv=False):
+    """The surface of revolution of a profile (radius, height), bottom first outside; with `flat_uv` u and v are x and y."""
     angle = lambda j: math.tau * j / segments
     place = lambda i, j: (profile[i][0] * math.cos(angle(j)), profile[i][0] * math.sin(angle(j)), profile[i][1])
-    mesh.grid(len(profile), segments, place, wrap=True)
+    mesh.grid(len(profile), segments, place, wrap=True, uv=(lambda i, j: place(i, j)[:2]) if flat_uv else None)
 
 
 def cup(path):
@@ -98,11 +98,11 @@ def vase(path):
 
 
 def plate(path):
-    mesh = Mesh("A plate")
+    mesh = Mesh("A plate; u and v run along x and y")
     mesh.part("plate")
     under = [(0, 0), (0.6, 0), (0.62, 0.02), (1.35, 0.24), (1.5, 0.3)]
     over = curve([(1.5, 0.32), (1.3, 0.27), (1.0, 0.17), (0.8, 0.09), (0.6, 0.06), (0.3, 0.05), (0, 0.05)], 10)
-    turned(mesh, under + over)
+    turned(mesh, under + over, flat_uv=True)
     mesh.write(path)
 
 

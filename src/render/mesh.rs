@@ -5,7 +5,7 @@
 //! (`geometry::mesh`). Shadow rays leave from the smooth surface, too (Hanika 2021, "Hacking the shadow terminator"): else the
 //! coarse triangles beside the terminator would shadow each other.
 
-use super::shapes::{Hit, frame_around};
+use super::shapes::{Hit, any_across};
 use crate::error::{BadInput, Error, Result};
 use crate::geometry::mesh;
 use crate::visibility::rays::{MAX_DEPTH, depth};
@@ -29,8 +29,13 @@ const SEAM: f64 = 1e-12;
 pub enum Tangents {
     /// Along the texture coordinate u.
     Uv,
-    /// Around an axis, as on a sphere.
-    Around(DVec3),
+    /// Around an axis through a point, as on a sphere.
+    Around {
+        /// A point of the axis.
+        center: DVec3,
+        /// Its unit direction.
+        axis: DVec3,
+    },
 }
 
 /// Triangles in world coordinates.
@@ -82,7 +87,7 @@ impl LargeMesh {
             }
             (Some(tangents), _) => tangents,
             (None, Some(_)) => Tangents::Uv,
-            (None, None) => Tangents::Around(DVec3::Z),
+            (None, None) => Tangents::Around { center: placement.transform.translation, axis: DVec3::Z },
         };
         let extent = |v: &[DVec3]| v.iter().fold((v[0], v[0]), |(low, high), &p| (low.min(p), high.max(p)));
         let (low, high) = extent(&vertices);
@@ -225,20 +230,25 @@ impl LargeMesh {
         let weights = [1.0 - u - v, u, v];
         let normal = (0..3).map(|k| weights[k] * self.normals[t][k]).sum::<DVec3>();
         let normal = normal.try_normalize().unwrap_or_else(|| self.face_normal(hit.primitive));
-        match (self.tangents, &self.uv) {
+        let corners = self.corners(hit.primitive);
+        let x = match (self.tangents, &self.uv) {
             (Tangents::Uv, Some(uv)) => {
-                let [a, b, c] = self.corners(hit.primitive);
+                let [a, b, c] = corners;
                 let [ua, ub, uc] = uv[t];
                 let (d1, d2) = (ub - ua, uc - ua);
-                let along_u = (b - a) * d2.y - (c - a) * d1.y;
                 // Mirrored texture coordinates turn u round, too.
-                let along_u = along_u * d1.perp_dot(d2).signum();
-                let x = (along_u - along_u.dot(normal) * normal).try_normalize();
-                x.map_or_else(|| frame_around(DVec3::Z, normal), |x| DMat3::from_cols(x, normal.cross(x), normal))
+                ((b - a) * d2.y - (c - a) * d1.y) * d1.perp_dot(d2).signum()
             }
-            (Tangents::Around(axis), _) => frame_around(axis, normal),
-            (Tangents::Uv, None) => frame_around(DVec3::Z, normal),
-        }
+            (Tangents::Around { center, axis }, _) => {
+                // By place, not by normal: a flat plate turns around its middle, too.
+                let place: DVec3 = (0..3).map(|k| weights[k] * corners[k]).sum();
+                axis.cross(place - center)
+            }
+            (Tangents::Uv, None) => DVec3::ZERO,
+        };
+        // Where no direction is left (on the axis, in a triangle without texture) it is any, but the same one.
+        let x = (x - x.dot(normal) * normal).try_normalize().unwrap_or_else(|| any_across(normal));
+        DMat3::from_cols(x, normal.cross(x), normal)
     }
 
     /// Where shadow rays leave from a hit: on the smooth surface, or on the triangle where that bends inward (Hanika 2021).

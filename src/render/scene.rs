@@ -415,11 +415,12 @@ fn read_mesh(table: &TableReader<'_>) -> Result<LargeMesh> {
     let [x, y, z] = table.array::<3>("rotate_deg", range(-360.0, 360.0))?.unwrap_or_default().map(f64::to_radians);
     // Turned about x first, then y, then z, all of them the world's.
     let rotation = DQuat::from_euler(EulerRot::XYZEx, x, y, z);
-    let transform = DAffine3::from_scale_rotation_translation(DVec3::splat(scale), rotation, center(table)?);
+    let center = center(table)?;
+    let transform = DAffine3::from_scale_rotation_translation(DVec3::splat(scale), rotation, center);
     let crease = table.f64("crease_deg", range(0.0, 180.0))?.unwrap_or(45.0).to_radians();
-    let axis = axis(table)?;
-    let tangents = table.choice("tangents", &TANGENTS)?.map(|k| if TANGENTS[k] == "uv" { Tangents::Uv } else { Tangents::Around(axis) });
-    let tangents = tangents.or(table.has("axis").then_some(Tangents::Around(axis)));
+    let around = Tangents::Around { center, axis: axis(table)? };
+    let tangents = table.choice("tangents", &TANGENTS)?.map(|k| if TANGENTS[k] == "uv" { Tangents::Uv } else { around });
+    let tangents = tangents.or(table.has("axis").then_some(around));
     LargeMesh::load(&file, &Placement { transform, crease, tangents })
 }
 

@@ -34,7 +34,14 @@ fn setup(made_up: &[(&str, &str)]) -> (Option<i32>, String) {
 fn a_missing_compiler_is_installed_and_said() {
     let (status, said) = setup(&[("apt-get", "echo apt-get $* >&2"), ("sudo", "exec \"$@\"")]);
     assert_eq!(status, Some(1), "the made-up apt-get installs nothing: {said}");
-    for word in ["no working C and C++ compiler", "installing with apt-get: gcc g++", "apt-get update", "apt-get install", "-y", "still cannot link"] {
+    for word in [
+        "no working C and C++ compiler",
+        "installing with apt-get: gcc g++",
+        "apt-get update",
+        "apt-get install",
+        "-y",
+        "still cannot link",
+    ] {
         assert!(said.contains(word), "no {word:?} in:\n{said}");
     }
 }
