@@ -265,7 +265,6 @@ impl Table {
         let mut wanted: Vec<u64> = keys.par_iter().flat_map_iter(|&key| corners(key)).collect();
         wanted.par_sort_unstable();
         wanted.dedup();
-        #[expect(clippy::cast_possible_truncation, reason = "halves of a key")]
         let halves = |pair: u64| [(pair & 0xffff_ffff) as u32, (pair >> 32) as u32];
         let place: FxHashMap<u64, u32> = (0_u32..).zip(&wanted).map(|(at, &pair)| (pair, at)).collect();
         let corners: Vec<[u32; 9]> = keys.par_iter().map(|&key| corners(key).map(|pair| place[&pair])).collect();
@@ -297,7 +296,6 @@ impl Table {
         let mut done = vec![false; values.len()];
         let nodes = stand_ins(&self.grid);
         for (&key, corners) in self.cells.iter().zip(&self.corners) {
-            #[expect(clippy::cast_possible_truncation, reason = "halves of a key")]
             let (viewer, light) = (self.grid.triangles()[(key >> 32) as usize], self.grid.triangles()[(key & 0xffff_ffff) as usize]);
             for (k, &at) in corners.iter().enumerate() {
                 if !std::mem::replace(&mut done[at as usize], true) {

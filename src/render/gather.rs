@@ -166,7 +166,6 @@ impl View {
                         self.lit.push(Lit { wi: wi.as_vec3(), scale, light });
                     }
                 }
-                #[expect(clippy::cast_possible_truncation, reason = "kept in f32")]
                 let material = u32::try_from(material).expect("as many materials as objects and parts");
                 self.points.push(Point { pixel, material, wo: wo.as_vec3(), weight: left as f32, end: count(self.lit.len()) });
             }
