@@ -232,11 +232,6 @@ impl Scene {
         }
         Ok(scene)
     }
-
-    /// Every file that the scene reads beside its own, as far as this crate knows their names.
-    pub fn inputs(&self) -> Vec<&Path> {
-        self.materials.iter().map(|m| m.material.file.as_path()).collect()
-    }
 }
 
 /// Three numbers as a unit vector.

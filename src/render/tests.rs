@@ -179,6 +179,19 @@ fn direct_and_reference_agree_within_the_tolerance() {
 }
 
 #[test]
+fn a_picture_is_no_farther_off_than_it_says() {
+    let stage = Stage::new();
+    stage.material("gloss", GROOVES, "{ model = \"cook-torrance\", diffuse = 0.2, specular = 0.8, alpha = 0.15 }");
+    let scene = stage.scene(48, &format!("{SUN}[[object]]\nkind = \"sphere\"\nradius = 1\nmaterial = \"gloss.toml\"\n"));
+    let at = |tolerance| run(&scene, &Quality { tolerance, ..Quality::default() });
+    let (coarse, fine) = (at(0.05), at(0.003));
+    let said = coarse.materials[0].as_ref().unwrap().relative_rms();
+    let off = difference(&fine.picture.rgb, &coarse.picture.rgb, None).relative_rms;
+    // 256 of the picture's pairs stand for all of them.
+    assert!(said <= 0.05 && off < 1.5 * said && off > 0.2 * said, "{off}, and it says {said}");
+}
+
+#[test]
 fn a_turned_tile_is_the_tile_turned() {
     let stage = Stage::new();
     // A ridge along y, and the same along x: turned by 90 degrees, counter-clockwise.

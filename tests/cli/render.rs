@@ -182,6 +182,17 @@ fn check_and_new_know_scenes() {
     assert_eq!((said.status, said.stdout.contains("object[1] (plane)")), (0, true), "{}", said.stderr);
 }
 
+#[test]
+fn the_sample_scenes_and_figures_are_good() {
+    for (name, least) in [("samples/scenes", 7), ("samples/figures", 21)] {
+        let entries = std::fs::read_dir(project(name)).unwrap().map(|e| e.unwrap().path());
+        let files: Vec<_> = entries.filter(|p| p.extension().is_some_and(|e| e == "toml")).collect();
+        assert!(files.len() >= least, "{} files in {name}", files.len());
+        let said = Folder::new().run(std::iter::once("check".as_ref()).chain(files.iter().map(|f| f.as_os_str())));
+        done(&said);
+    }
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn progress_is_shown_and_ctrl_c_leaves_no_picture() {
