@@ -98,10 +98,11 @@ def vase(path):
 
 
 def plate(path):
-    mesh = Mesh("A plate; u and v run along x and y")
+    mesh = Mesh("A shallow bowl; u and v run along x and y")
     mesh.part("plate")
-    under = [(0, 0), (0.6, 0), (0.62, 0.02), (1.35, 0.24), (1.5, 0.3)]
-    over = curve([(1.5, 0.32), (1.3, 0.27), (1.0, 0.17), (0.8, 0.09), (0.6, 0.06), (0.3, 0.05), (0, 0.05)], 10)
+    bowl = lambda r, base: (r, base + 0.5 * (r / 1.4) ** 2)
+    under = [bowl(1.4 * k / 24, 0) for k in range(25)]
+    over = [bowl(1.4 * k / 24, 0.05) for k in range(24, -1, -1)]
     turned(mesh, under + over, flat_uv=True)
     mesh.write(path)
 
