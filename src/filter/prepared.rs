@@ -1,10 +1,10 @@
 //! Facets of a surface and what they see, kept for a list of pairs: all that stays the same when only its materials change.
 
-use super::cluster_sums::{self, ClusteredLobe, ClusteredPair};
+use super::cluster_sums::{ClusterViews, Clustered, ClusteredLobe};
 use super::demand::Demand;
 use super::estimate::{self, PairSums, Spread};
-use super::lobes::{self, Half, Lobe};
-use super::sums;
+use super::lobes::{self, Lobe};
+use super::sums::{self, Views};
 use super::{Control, Effective, Quality, Value, direct};
 use crate::brdf::Brdf;
 use crate::clusters::Cluster;
@@ -12,6 +12,7 @@ use crate::direction::Pair;
 use crate::error::{Error, Result};
 use crate::facets::{self, Clustering, Density, Facets, Group, Runs, SETS, Surface};
 use crate::material::{self, SmallScale, Tint};
+use crate::simd::{self, Kernel};
 use crate::visibility::horizon::Horizon;
 use crate::visibility::rays::{Occlusion, PeriodicBvh};
 use crate::visibility::{Bits, raster};
@@ -110,7 +111,9 @@ impl<'a> Tracer<'a> {
         {
             return Err(Error::Numeric(error.to_string()));
         }
-        bits.rows.par_chunks_mut(words.max(1)).zip(directions).for_each_init(raster::Scratch::default, |scratch, (row, &direction)| {
+        // Some directions one after the other, so that they share the buffers.
+        let rows = bits.rows.par_chunks_mut(words.max(1)).zip(directions).with_min_len(8);
+        rows.for_each_init(raster::Scratch::default, |scratch, (row, &direction)| {
             if self.control.check().is_err() {
                 return;
             }
@@ -267,21 +270,22 @@ pub fn add_pairs(batch: &Batch, demand: &Demand, tasks: &[Range<usize>], materia
         sums = rest;
     }
     let (facets, bits) = (&batch.facets, &batch.bits);
-    slices.into_par_iter().zip(tasks).for_each(|(slice, task)| match &materials.clustered {
-        None => sums::add_pairs(facets, bits, demand, task.clone(), materials.groups, materials.lobes, slice),
-        Some(clustered) => {
-            // Clusters come with samples spread by area: every facet stands for the same.
-            let weight = facets.weight.iter().copied().fold(0.0, f32::max).into();
-            let words = |g: usize| facets.ranges[g].start / 64..facets.ranges[g].end / 64;
-            let of = |s: usize| (0..materials.groups.len()).filter(|&g| usize::from(materials.groups[g].surface) == s).map(words).collect();
-            let ranges: Vec<Vec<Range<usize>>> = (0..clustered.len()).map(of).collect();
-            for (&[i, o], sums) in demand.pairs[task.clone()].iter().zip(slice) {
-                let (wi, wo) = (demand.directions[i as usize], demand.directions[o as usize]);
-                let pair = ClusteredPair { wi, wo, bits: [bits.row(i as usize), bits.row(o as usize)], half: Half::new(wi, wo) };
-                for (lobes, ranges) in clustered.iter().zip(&ranges) {
-                    cluster_sums::add_clusters(&pair, ranges, lobes, weight, sums);
-                }
-            }
+    let work = slices.into_par_iter().zip(tasks);
+    let Some(clustered) = &materials.clustered else {
+        work.for_each_init(Views::default, |views, (slice, task)| {
+            sums::add_pairs(facets, bits, demand, task.clone(), materials.groups, materials.lobes, views, slice);
+        });
+        return;
+    };
+    // Clusters come with samples spread by area: every facet stands for the same.
+    let weight = facets.weight.iter().copied().fold(0.0, f32::max).into();
+    let words = |g: usize| facets.ranges[g].start / 64..facets.ranges[g].end / 64;
+    let of = |s: usize| (0..materials.groups.len()).filter(|&g| usize::from(materials.groups[g].surface) == s).map(words).collect();
+    let ranges: Vec<Vec<Range<usize>>> = (0..clustered.len()).map(of).collect();
+    work.for_each_init(ClusterViews::default, |views, (slice, task)| {
+        let (directions, pairs) = sums::of_task(bits, demand, task.clone());
+        for (lobes, ranges) in clustered.iter().zip(&ranges) {
+            Clustered { ranges, lobes, weight }.add(&directions, &pairs, views, slice);
         }
     });
 }
@@ -345,10 +349,9 @@ impl<'a> Prepared<'a> {
         let lobes = surface_lobes(surfaces);
         let materials = Materials::new(&self.groups, &lobes, true);
         let tasks = self.demand.tasks();
-        // Places of the list by pair, so that a group of pairs fills in its values and is forgotten.
-        let mut order: Vec<u32> = (0_u32..).take(self.pairs.len()).filter(|&k| self.demand.wanted[k as usize].is_some()).collect();
-        let pair_of = |k: u32| self.demand.wanted[k as usize].expect("filtered above").pair as usize;
-        order.sort_by_key(|&k| pair_of(k));
+        // By pair, so that a group of pairs fills in its values and is forgotten.
+        let order = &self.demand.order;
+        let pair_of = |k: u32| self.demand.wanted[k as usize].expect("ordered places are wanted").pair as usize;
         let mut values = vec![Value::default(); self.pairs.len()];
         let mut spread = Spread::default();
         let (mut next_task, mut next_place) = (0, 0);
@@ -362,13 +365,10 @@ impl<'a> Prepared<'a> {
             for batch in &self.batches {
                 add_pairs(batch, &self.demand, group, &materials, &mut sums);
             }
-            while next_place < order.len() && pair_of(order[next_place]) < last {
-                let k = order[next_place] as usize;
-                let wanted = self.demand.wanted[k].expect("filtered above");
-                let area = &self.areas[wanted.viewer as usize];
-                values[k] = estimate::value(&sums[wanted.pair as usize - first], area, self.samples, self.pairs[k].wi.z, &mut spread);
-                next_place += 1;
-            }
+            let place = next_place + order[next_place..].partition_point(|&k| pair_of(k) < last);
+            let filled = Filled { demand: &self.demand, list: self.pairs, sums: &sums, first, areas: &self.areas, samples: self.samples };
+            filled.write(&order[next_place..place], &mut values, &mut spread);
+            next_place = place;
             (control.progress)("sums", last as f64 / self.demand.pairs.len() as f64);
             next_task = end;
         }
@@ -377,11 +377,66 @@ impl<'a> Prepared<'a> {
     }
 }
 
+/// Sums of some pairs, complete.
+pub struct Filled<'a> {
+    /// What the list needs.
+    pub demand: &'a Demand,
+    /// The list.
+    pub list: &'a [Pair],
+    /// Sums of the pairs from `first` on.
+    pub sums: &'a [PairSums],
+    /// Place of the first pair in [`Demand::pairs`].
+    pub first: usize,
+    /// Sums of visible area, one a direction.
+    pub areas: &'a [[f64; SETS]],
+    /// Samples that were summed over.
+    pub samples: u32,
+}
+
+impl Filled<'_> {
+    /// Writes the values at the places `order` of the list, and adds to their spread.
+    pub fn write(&self, order: &[u32], values: &mut [Value], spread: &mut Spread) {
+        /// Values worked out at once; the same at any number of threads, as the sums of their spreads must be.
+        const CHUNK: usize = 2048;
+        let chunks: Vec<(Vec<Value>, Spread)> = order.par_chunks(CHUNK).map(|order| simd::run(Evaluate { filled: self, order })).collect();
+        for (order, (chunk, of_chunk)) in order.chunks(CHUNK).zip(chunks) {
+            for (&k, value) in order.iter().zip(chunk) {
+                values[k as usize] = value;
+            }
+            *spread = spread.and(of_chunk);
+        }
+    }
+}
+
+struct Evaluate<'a> {
+    filled: &'a Filled<'a>,
+    order: &'a [u32],
+}
+
+impl Kernel for Evaluate<'_> {
+    type Output = (Vec<Value>, Spread);
+
+    #[inline(always)]
+    fn run(self) -> (Vec<Value>, Spread) {
+        let Filled { demand, list, sums, first, areas, samples } = *self.filled;
+        let mut spread = Spread::default();
+        let mut values = Vec::with_capacity(self.order.len());
+        for &k in self.order {
+            let wanted = demand.wanted[k as usize].expect("ordered places are wanted");
+            let area = &areas[wanted.viewer as usize];
+            values.push(estimate::value(&sums[wanted.pair as usize - first], area, samples, list[k as usize].wi.z, &mut spread));
+        }
+        (values, spread)
+    }
+}
+
 /// Applies [`Spread::correction`] to the standard errors of values.
 pub fn correct(values: &mut [Value], spread: &Spread) {
     let factor = spread.correction();
     for value in values {
-        value.se = value.se.map(|se| se * factor);
-        value.s_se = value.s_se.map(|se| se * factor);
+        for c in 0..3 {
+            value.se[c] *= factor;
+            value.s_se[c] *= factor;
+        }
     }
 }
