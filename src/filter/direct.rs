@@ -7,16 +7,16 @@
 use super::demand::{Demand, Wanted};
 use super::estimate::{PairSums, Spread};
 use super::importance::{self, Known};
+use super::plan::{MAX_SAMPLES, Plan, WIDTHS};
 use super::prepared::{self, BATCH, Batch, Filled, Materials, Prepared, Tracer};
 use super::{Control, Effective, Quality, Summary, Value};
 use crate::brdf::Brdf;
 use crate::clusters::SPREAD_PER_ALPHA;
 use crate::direction::Pair;
-use crate::error::{BadInput, Result};
+use crate::error::Result;
 use crate::facets::{ALIGNMENT, Clustering, Runs, SETS};
 use crate::low_discrepancy::hash;
 use crate::material::{SmallScale, Surface, Tint};
-use std::fmt;
 use std::ops::Range;
 
 /// Fewest samples without a budget: below this the spread of eight sets says little.
@@ -25,8 +25,6 @@ pub const MIN_SAMPLES: u32 = 2048;
 const MOST_FIRST: u32 = 1 << 14;
 /// Fewest samples with one.
 const MIN_BUDGET_SAMPLES: u32 = 256;
-/// Most samples.
-pub const MAX_SAMPLES: u32 = 1 << 22;
 /// Most bytes of visibility bits that a long list keeps.
 const MAX_BITS: usize = 256 << 20;
 /// Longer lists of distinct pairs choose the number of samples on a part of about [`PART`] pairs.
@@ -43,75 +41,21 @@ const STRETCHES: usize = 1024;
 const SAFETY: f64 = 1.5;
 /// Share of a budget that may be planned for: clocks and predictions are rough.
 const PLANNED: f64 = 0.85;
+/// Share of a budget up to which a run counts as within it.
+const OVERDRAWN: f64 = 1.2;
 
 /// Most clusters: of a surface that needs more, each facet is summed by itself. A cluster fills up words of 64 facets.
 const MOST_CLUSTERS: usize = 64;
 /// The same for long lists, which take more samples.
 const MOST_CLUSTERS_LONG: usize = 2048;
-/// Widths of clusters that are tried, the bias of the wider ones being too large, down to equal normals.
-const WIDTHS: [f64; 4] = [1.0, 0.7, 0.5, 0.0];
 /// Pairs on which the bias of clusters is measured (`numerics.md`, section 3.6).
-const BIAS_PAIRS: usize = 256;
+const BIAS_PAIRS: usize = 512;
 /// Samples up to which directions are looked into that hardly any sample sees.
 const MOST_SEARCH: u32 = 1 << 18;
 /// The same as samples times pairs: about a second.
 const MOST_SEARCH_SUMS: usize = 1 << 30;
 /// Share of a tolerance that this bias may take.
 const BIAS_SHARE: f64 = 0.4;
-
-/// All that fixes the bits of a run beside its seed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Plan {
-    /// Samples to start with.
-    start: u32,
-    /// How often their number is doubled.
-    doublings: u32,
-    /// Whether they go where a pilot run finds them worth most.
-    weighted: bool,
-    /// How often clusters were made narrower, because the bias of wider ones would take too much of the tolerance: see [`WIDTHS`].
-    narrowed: usize,
-}
-
-impl fmt::Display for Plan {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mark = |set: bool, word: &'static str| if set { word } else { "" };
-        write!(f, "direct:{}x{}", self.start, 1_u32 << self.doublings)?;
-        write!(f, "{}", mark(self.weighted, ":weighted"))?;
-        if self.narrowed > 0 { write!(f, ":narrowed{}", self.narrowed) } else { Ok(()) }
-    }
-}
-
-impl Plan {
-    /// Reads what `Display` writes.
-    fn parse(text: &str) -> Result<Self, BadInput> {
-        let bad = || {
-            BadInput::new(format!("\"{text}\" is not a plan"), "write one as a summary prints it, such as \"direct:8192x4:weighted\"")
-                .at_field("--plan")
-        };
-        let rest = text.strip_prefix("direct:").ok_or_else(bad)?;
-        let (rest, narrowed) = match rest.split_once(":narrowed") {
-            Some((left, number)) => (left, number.parse().ok().filter(|n| (1..WIDTHS.len()).contains(n)).ok_or_else(bad)?),
-            None => (rest, 0),
-        };
-        let (numbers, weighted) = rest.strip_suffix(":weighted").map_or((rest, false), |numbers| (numbers, true));
-        let (start, factor) = numbers.split_once('x').ok_or_else(bad)?;
-        let number = |word: &str| word.parse::<u32>().ok().filter(|n| n.is_power_of_two()).ok_or_else(bad);
-        let (start, factor) = (number(start)?, number(factor)?);
-        let most = u64::from(MAX_SAMPLES);
-        if start < SETS as u32 * 8 || u64::from(start) * u64::from(factor) > most {
-            return Err(BadInput::new(
-                format!("the plan \"{text}\" asks for {} samples", u64::from(start) * u64::from(factor)),
-                format!("write from 64 to {most}"),
-            )
-            .at_field("--plan"));
-        }
-        Ok(Self { start, doublings: factor.trailing_zeros(), weighted, narrowed })
-    }
-
-    fn samples(self) -> u32 {
-        self.start << self.doublings
-    }
-}
 
 /// Sums so far: for each pair, and for each direction, a value a set.
 struct Accumulated {
@@ -130,6 +74,10 @@ struct Run<'a, 'p> {
     control: Control<'a>,
     /// Seconds of the stages: preparation, facets, visibility, sums.
     seconds: [f64; 4],
+    /// Samples of the last block, and its seconds for facets, visibility and sums: what tells what more would cost.
+    last_block: (u32, [f64; 3]),
+    /// Samples that will probably be needed.
+    wanted: u32,
 }
 
 /// Values, their relative RMS error, and how they were made.
@@ -162,7 +110,7 @@ pub(super) fn traced<'a>(
     let long = demand.pairs.len() > LONG;
     let part: Vec<Pair>;
     let (tried, part_demand) = if long {
-        part = part_of(pairs, &demand);
+        part = part_of(pairs, &demand, PART);
         (&part[..], Demand::new(&part, symmetric))
     } else {
         (pairs, demand.clone())
@@ -173,7 +121,17 @@ pub(super) fn traced<'a>(
     // the tolerance of its day.
     let mut narrowed = plan.map_or(0, |plan| plan.narrowed);
     let tracer = |narrowed: usize| Tracer::new(small, clustering(small, long, WIDTHS[narrowed]).as_ref(), seed, control);
-    let mut run = Run { small, tracer: tracer(narrowed), pairs: tried, demand: part_demand, tasks, control: *control, seconds: [0.0; 4] };
+    let mut run = Run {
+        small,
+        tracer: tracer(narrowed),
+        pairs: tried,
+        demand: part_demand,
+        tasks,
+        control: *control,
+        seconds: [0.0; 4],
+        last_block: (1, [0.0; 3]),
+        wanted: 0,
+    };
     let mut bias = run.cluster_bias()?;
     while bias > BIAS_SHARE * quality.tolerance && plan.is_none() {
         narrowed += 1;
@@ -199,6 +157,9 @@ pub(super) fn traced<'a>(
             "more samples would not fit the memory that this method allows itself"
         };
         notes.push(format!("the tolerance of {} is not met: {why}", quality.tolerance));
+    }
+    if let Some(budget) = quality.budget.filter(|b| spent() > OVERDRAWN * b && outcome.plan.samples() == MIN_BUDGET_SAMPLES) {
+        notes.push(format!("the budget of {budget} s is less than the {:.3} s that the fewest samples take here", spent()));
     }
     if outcome.barely_seen > 0 {
         notes.push(format!(
@@ -277,7 +238,7 @@ impl Run<'_, '_> {
             let per_sample = (spent() - block_began) / f64::from(total.samples >> u32::from(plan.doublings > 0));
             let (values, relative_rms) = self.values(&total);
             let wanted = needed(total.samples, SAFETY * relative_rms / quality.tolerance);
-            (self.control.progress)("samples", f64::from(total.samples) / f64::from(wanted.max(total.samples)));
+            self.wanted = wanted;
             let affordable = |samples: u32| budget.is_none_or(|b| spent() + per_sample * f64::from(samples) <= b);
             let barely_seen = prepared::barely_seen(&self.tracer.surface, &self.demand.directions, &total.areas);
             let met = SAFETY * relative_rms <= quality.tolerance && !self.search(barely_seen, total.samples, self.demand.pairs.len());
@@ -285,11 +246,10 @@ impl Run<'_, '_> {
                 return Ok(Outcome { values, relative_rms, plan, barely_seen });
             }
             block_began = spent();
+            let weigh = !plan.weighted && total.samples == pilot && plan.doublings == 0;
             let fresh = if plan.weighted || wanted <= 2 * total.samples || self.tracer.is_clustered() {
                 None
-            } else if total.samples == pilot && plan.doublings == 0 {
-                self.weigh(&batch.take().expect("a pilot run fits one batch"), &values);
-                plan.weighted = true;
+            } else if weigh {
                 // Weighted samples are worth two to four others.
                 Some((wanted / 4).max(pilot))
             } else if total.samples <= pilot {
@@ -297,14 +257,18 @@ impl Run<'_, '_> {
             } else {
                 None
             };
-            match fresh.filter(|&samples| affordable(samples)) {
+            // As many as the budget allows; fewer than there are would be worth it only if they are weighted.
+            let least = if weigh { total.samples } else { 2 * total.samples };
+            let halvings = |samples: u32| std::iter::successors(Some(samples), |s| Some(s / 2)).take_while(move |&s| s >= least);
+            let fresh = fresh.and_then(|samples| halvings(samples).find(|&s| affordable(s)));
+            match fresh {
                 Some(samples) => {
+                    if weigh {
+                        self.weigh(&batch.take().expect("a pilot run fits one batch"), &values);
+                        plan.weighted = true;
+                    }
                     (total, batch) = self.block(0, samples)?;
                     plan = Plan { start: samples, doublings: 0, ..plan };
-                }
-                // A density that was just chosen must not be mixed with the one before.
-                None if fresh.is_some() && plan.weighted && plan.doublings == 0 => {
-                    return Ok(Outcome { values, relative_rms, plan: Plan { weighted: false, ..plan }, barely_seen });
                 }
                 None => {
                     total = total.merge(&self.block(total.samples, total.samples)?.0);
@@ -337,11 +301,10 @@ impl Run<'_, '_> {
         let mut samples = plan.samples().min(most);
         if let (Some(budget), None) = (quality.budget, &quality.plan) {
             // What a sample costs here, from what it cost on the part.
-            let tried = f64::from(plan.samples());
-            let [_, facets, visibility, sums] = self.seconds;
+            let (tried, [facets, visibility, sums]) = self.last_block;
             let directions = demand.directions.len() as f64 / self.demand.directions.len().max(1) as f64;
             let longer = demand.pairs.len() as f64 / self.demand.pairs.len().max(1) as f64;
-            let per_sample = (facets + visibility * directions + sums * longer) / tried;
+            let per_sample = (facets + visibility * directions + sums * longer) / f64::from(tried);
             while samples > MIN_BUDGET_SAMPLES && spent() + per_sample * f64::from(samples) > PLANNED * budget {
                 samples /= 2;
             }
@@ -349,6 +312,7 @@ impl Run<'_, '_> {
         let mut demand = Some(demand);
         loop {
             let list = demand.take().expect("put back below");
+            let round_began = spent();
             let prepared = Prepared::new(&self.tracer, pairs, list, samples)?;
             let summing = spent();
             let (values, relative_rms) = prepared.evaluate(&self.small.surfaces, &self.control)?;
@@ -358,7 +322,8 @@ impl Run<'_, '_> {
             }
             let barely_seen = prepared.barely_seen(&self.tracer.surface);
             let met = SAFETY * relative_rms <= quality.tolerance && !self.search(barely_seen, samples, pairs.len());
-            if met || quality.budget.is_some() || quality.plan.is_some() || 2 * samples > most {
+            let affordable = quality.budget.is_none_or(|b| spent() + 2.0 * (spent() - round_began) <= PLANNED * b);
+            if met || !affordable || quality.plan.is_some() || 2 * samples > most {
                 return Ok(Outcome { values, relative_rms, plan: Plan { start: samples, doublings: 0, ..plan }, barely_seen });
             }
             samples *= 2;
@@ -377,16 +342,20 @@ impl Run<'_, '_> {
         };
         let parts = length.div_ceil(BATCH);
         let mut last = None;
+        self.last_block = (length, [0.0; 3]);
         for part in 0..parts {
             let batch = self.tracer.batch(Runs::of_block(start, length, part, parts), &self.demand.directions)?;
             let began = (self.control.clock)();
             prepared::add_areas(&batch, &self.demand, &mut sums.areas);
             prepared::add_pairs(&batch, &self.demand, &self.tasks, &materials, &mut sums.pairs);
             let summed = (self.control.clock)() - began;
-            for (stage, seconds) in self.seconds[1..].iter_mut().zip([batch.seconds[0], batch.seconds[1], summed]) {
-                *stage += seconds;
+            for (k, seconds) in [batch.seconds[0], batch.seconds[1], summed].into_iter().enumerate() {
+                self.seconds[1 + k] += seconds;
+                self.last_block.1[k] += seconds;
             }
             last = Some(batch);
+            let done = f64::from(start) + f64::from(length) * f64::from(part + 1) / f64::from(parts);
+            (self.control.progress)("samples", done / f64::from(self.wanted.max(start + length)));
         }
         Ok((sums, last.filter(|_| parts == 1)))
     }
@@ -397,8 +366,7 @@ impl Run<'_, '_> {
         if !groups.iter().any(|g| g.cluster.is_some_and(|c| c.covariance != [0.0; 3])) {
             return Ok(0.0);
         }
-        let some: Vec<Pair> = self.pairs.iter().step_by(self.pairs.len().div_ceil(BIAS_PAIRS).max(1)).copied().collect();
-        let demand = Demand::new(&some, false);
+        let demand = Demand::new(&part_of(self.pairs, &self.demand, BIAS_PAIRS), false);
         let batch = self.tracer.batch(Runs::of_block(0, PILOT_SAMPLES, 0, 1), &demand.directions)?;
         let lobes = prepared::surface_lobes(&self.small.surfaces);
         let sums = |by_clusters| {
@@ -439,16 +407,16 @@ impl Run<'_, '_> {
     }
 }
 
-/// A part of a long list: the pairs between some of the directions, since each direction costs.
-fn part_of(pairs: &[Pair], demand: &Demand) -> Vec<Pair> {
+/// A part of a list, of about `count` pairs: those between some of the directions, since each direction costs.
+fn part_of(pairs: &[Pair], demand: &Demand, count: usize) -> Vec<Pair> {
     // Half the directions make a quarter of the pairs of a table. Of a list that is none, pairs are left out all the same.
-    let keep_one_in = (demand.pairs.len() as f64 / PART as f64).sqrt().round().max(1.0);
+    let keep_one_in = (demand.pairs.len() as f64 / count as f64).sqrt().round().max(1.0);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of the whole numbers")]
     let least = (f64::from(u32::MAX) / keep_one_in) as u32;
     let kept: Vec<bool> = (0_u32..).take(demand.directions.len()).map(|d| hash(d) <= least).collect();
     let chosen = |wanted: &Wanted| demand.pairs[wanted.pair as usize].iter().all(|&d| kept[d as usize]);
     let part: Vec<Pair> = demand.wanted.iter().zip(pairs).filter(|(w, _)| w.as_ref().is_some_and(chosen)).map(|(_, p)| *p).collect();
-    if part.len() >= PART / 8 { part } else { pairs.iter().step_by(pairs.len().div_ceil(PART)).copied().collect() }
+    if part.len() >= count / 2 { part } else { pairs.iter().step_by(pairs.len().div_ceil(count).max(1)).copied().collect() }
 }
 
 /// How the triangles may be clustered: equal normals, and for long lists also those that the narrowest lobe of each surface tells little
@@ -497,30 +465,6 @@ impl Accumulated {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_plan_reads_as_it_is_written() {
-        for (weighted, narrowed) in [(false, 0), (true, 0), (false, 1), (true, WIDTHS.len() - 1)] {
-            let plan = Plan { start: 8192, doublings: 3, weighted, narrowed };
-            assert_eq!(Plan::parse(&plan.to_string()).unwrap(), plan);
-        }
-        for text in [
-            "",
-            "direct",
-            "direct:7x1",
-            "direct:8192x3",
-            "direct:8192x1:heavy",
-            "direct:8192x1:narrowed0",
-            "direct:8192x1:narrowed4",
-            "sg:8192x1",
-            "direct:4194304x2",
-            "direct:-8x1",
-            "direct:99999999999x1",
-        ] {
-            let error = Plan::parse(text).unwrap_err().to_string();
-            assert!(error.contains("--plan") && error.contains(text), "{error}");
-        }
-    }
 
     #[test]
     fn more_samples_are_asked_for_where_more_error_must_go() {

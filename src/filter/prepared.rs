@@ -77,6 +77,11 @@ impl<'a> Tracer<'a> {
         self.surface.groups.iter().any(|g| g.cluster.is_some())
     }
 
+    /// Reports the share of a stage that is done.
+    fn report(&self, stage: &str, share: f64) {
+        (self.control.progress)(stage, share);
+    }
+
     /// Rays so far that were lost among the periods and counted as free.
     pub fn lost(&self) -> usize {
         self.lost.load(Ordering::Relaxed)
@@ -315,9 +320,11 @@ impl<'a> Prepared<'a> {
     /// The first `samples` samples of `tracer` and what they see; `demand` is that of `pairs`.
     pub(super) fn new(tracer: &Tracer<'_>, pairs: &'a [Pair], demand: Demand, samples: u32) -> Result<Self> {
         let parts = samples.div_ceil(BATCH);
-        let batches: Result<Vec<Batch>> =
-            (0..parts).map(|part| tracer.batch(Runs::of_block(0, samples, part, parts), &demand.directions)).collect();
-        let batches = batches?;
+        let mut batches = Vec::with_capacity(parts as usize);
+        for part in 0..parts {
+            batches.push(tracer.batch(Runs::of_block(0, samples, part, parts), &demand.directions)?);
+            tracer.report("visibility", f64::from(part + 1) / f64::from(parts));
+        }
         let mut areas = vec![[0.0; SETS]; demand.directions.len()];
         for batch in &batches {
             add_areas(batch, &demand, &mut areas);

@@ -366,8 +366,7 @@ fn half_angles_narrow<const N: usize>(facets: &Facets, chunk: usize, half: &[Hal
 
 /// How the sums of `N` pairs with the same light grow by a chunk of facets.
 ///
-/// Pairs come by light, and neighbours see nearly the same: what the light sees is loaded once for two of them, and one division
-/// serves both. Loops run over lanes outside and pairs inside: the other way round the compiler makes vectors of pairs.
+/// Pairs come by light, and neighbours see nearly the same: what the light sees is loaded once for two of them. Loops run over lanes outside and pairs inside: the other way round the compiler makes vectors of pairs.
 trait Summand {
     /// What the directions see.
     fn views(&self) -> &Views;
