@@ -24,12 +24,12 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Samples of a batch: their bits and positions are what is held at once.
-pub const BATCH: u32 = 1 << 16;
+pub(super) const BATCH: u32 = 1 << 16;
 /// Pairs whose sums are held at once when a long list is evaluated: 192 bytes each.
 const GROUP_PAIRS: usize = 1 << 17;
 
 /// What turns samples into facets that know what they see.
-pub struct Tracer<'a> {
+pub(super) struct Tracer<'a> {
     small: &'a SmallScale,
     /// The surface in the form that sampling and visibility use.
     pub surface: Surface,
@@ -46,7 +46,7 @@ pub struct Tracer<'a> {
 }
 
 /// Facets, and the bits of some directions.
-pub struct Batch {
+pub(super) struct Batch {
     /// The facets.
     pub facets: Facets,
     /// One row a direction.
@@ -218,20 +218,20 @@ fn by_azimuth(directions: &[DVec3]) -> Vec<(DVec2, Vec<usize>)> {
 }
 
 /// Lobes of each surface, tinted.
-pub fn surface_lobes(surfaces: &[material::Surface]) -> Vec<Vec<Lobe<'_>>> {
+pub(super) fn surface_lobes(surfaces: &[material::Surface]) -> Vec<Vec<Lobe<'_>>> {
     let of = |s: &'_ material::Surface| if let Tint::Uniform(tint) = s.tint { tint } else { [1.0; 3] };
     surfaces.iter().map(|s| lobes::lobes(&s.brdf, of(s))).collect()
 }
 
 /// How many of `directions`, with sums of visible `areas`, a triangle faces and yet a whole set of samples shows nothing of: so few samples
 /// see them that a spread of the sets does not tell the error.
-pub fn barely_seen(surface: &Surface, directions: &[DVec3], areas: &[[f64; SETS]]) -> usize {
+pub(super) fn barely_seen(surface: &Surface, directions: &[DVec3], areas: &[[f64; SETS]]) -> usize {
     let faced = |w: DVec3| surface.normals.iter().any(|n| n.dot(w) > 0.0);
     directions.iter().zip(areas).filter(|(w, sets)| sets.contains(&0.0) && faced(**w)).count()
 }
 
 /// Adds the sums over a batch of visible area, one element a direction.
-pub fn add_areas(batch: &Batch, demand: &Demand, areas: &mut [[f64; SETS]]) {
+pub(super) fn add_areas(batch: &Batch, demand: &Demand, areas: &mut [[f64; SETS]]) {
     areas.par_iter_mut().zip(&demand.directions).enumerate().for_each(|(d, (area, &direction))| {
         for (sum, new) in area.iter_mut().zip(sums::visible_area(&batch.facets, direction, batch.bits.row(d))) {
             *sum += new;
@@ -240,7 +240,7 @@ pub fn add_areas(batch: &Batch, demand: &Demand, areas: &mut [[f64; SETS]]) {
 }
 
 /// How a batch is summed.
-pub struct Materials<'a> {
+pub(super) struct Materials<'a> {
     /// Groups of the facets.
     pub groups: &'a [Group],
     /// Lobes of each surface.
@@ -267,7 +267,7 @@ impl<'a> Materials<'a> {
 }
 
 /// Adds the sums over a batch of the pairs of `tasks`, a run of [`Demand::tasks`], one element a pair.
-pub fn add_pairs(batch: &Batch, demand: &Demand, tasks: &[Range<usize>], materials: &Materials<'_>, mut sums: &mut [PairSums]) {
+pub(super) fn add_pairs(batch: &Batch, demand: &Demand, tasks: &[Range<usize>], materials: &Materials<'_>, mut sums: &mut [PairSums]) {
     let mut slices = Vec::with_capacity(tasks.len());
     for task in tasks {
         let (slice, rest) = sums.split_at_mut(task.len());
@@ -385,7 +385,7 @@ impl<'a> Prepared<'a> {
 }
 
 /// Sums of some pairs, complete.
-pub struct Filled<'a> {
+pub(super) struct Filled<'a> {
     /// What the list needs.
     pub demand: &'a Demand,
     /// The list.
@@ -438,7 +438,7 @@ impl Kernel for Evaluate<'_> {
 }
 
 /// Applies [`Spread::correction`] to the standard errors of values.
-pub fn correct(values: &mut [Value], spread: &Spread) {
+pub(super) fn correct(values: &mut [Value], spread: &Spread) {
     let factor = spread.correction();
     for value in values {
         for c in 0..3 {
