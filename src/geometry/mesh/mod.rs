@@ -56,11 +56,16 @@ impl Mesh {
     }
 
     pub(super) fn build(&self) -> Result<Tile> {
-        let bytes = std::fs::read(&self.file).map_err(|e| Error::reading(&self.file, e))?;
-        let soup = parse(&self.file, &bytes).map_err(|bad| bad.in_file(&self.file))?;
-        let tile = soup.into_tile(self.period, self.scale).map_err(|bad| bad.in_file(&self.file))?;
-        Ok(tile)
+        load(&self.file, self.period, self.scale)
     }
+}
+
+/// Reads a mesh as a tile of this period, in the file's lengths, and scales it.
+pub(crate) fn load(file: &Path, period: DVec2, scale: f64) -> Result<Tile> {
+    let bytes = std::fs::read(file).map_err(|e| Error::reading(file, e))?;
+    let soup = parse(file, &bytes).map_err(|bad| bad.in_file(file))?;
+    let tile = soup.into_tile(period, scale).map_err(|bad| bad.in_file(file))?;
+    Ok(tile)
 }
 
 /// Reads a mesh by the ending of its file's name.
