@@ -9,7 +9,7 @@ CARGO := CARGO_NET_OFFLINE=true cargo
 .PHONY: help demo test bench
 
 help:
-	@echo "make demo    effective BRDFs of the sample materials, into the folder demo"
+	@echo "make demo    the sample materials as plots, tables and rendered pictures, into the folder demo"
 	@echo "make test    format, lints and all tests"
 	@echo "make bench   benchmarks: CPU and wall seconds"
 

@@ -29,8 +29,8 @@ fn main() {
     let count = count.flatten().map_or(DIRECTIONS, |n| n.parse().expect("a number after --directions"));
     let directions = common::spread_directions(count, THETA_DEG);
     let brdf = common::lobe(ALPHA, Distribution::Beckmann);
-    println!("| case | pairs | facets | estimated error | CPU s | wall s | peak MiB | stages, ms |");
-    println!("|---|---|---|---|---|---|---|---|");
+    println!("| case | pairs | facets | clusters | estimated error | CPU s | wall s | peak MiB | stages, ms |");
+    println!("|---|---|---|---|---|---|---|---|---|");
     for case in ["weave", "bumpy", "grooves", "pyramids", "rods"] {
         if !arguments.is_empty() && !arguments.iter().any(|a| a == case) {
             continue;
@@ -42,9 +42,10 @@ fn main() {
         let pairs: Vec<Pair> = pairs().map(|(i, o)| Pair { wi: directions[i], wo: directions[o] }).collect();
         let (effective, cost) = common::measure(|| common::run(&small, &pairs, &Quality::default()));
         println!(
-            "| {case} | {} | {} | {:.2} % | {:.2} | {:.2} | {:.0} | {} |",
+            "| {case} | {} | {} | {} | {:.2} % | {:.2} | {:.2} | {:.0} | {} |",
             pairs.len(),
             effective.summary.facets,
+            effective.summary.clusters,
             100.0 * effective.summary.relative_rms,
             cost.cpu,
             cost.wall,

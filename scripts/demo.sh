@@ -1,5 +1,5 @@
 #!/bin/sh
-# The effective BRDFs of the sample materials as pictures, tables and values, in one folder with a page that shows them.
+# The sample materials as pictures, tables, values and rendered scenes, in one folder with a page that shows them.
 #
 # usage: scripts/demo.sh BISCALE FOLDER
 set -eu
@@ -7,9 +7,10 @@ biscale=$1
 folder=$2
 mkdir -p "$folder"
 
-# Relative RMS error of the plots, and of the baked table. The program's own default, .005, is for use; these are for looking at.
+# Relative RMS error of the plots, of the baked table and of the rendered pictures. The program's own default, .005, is for use; these are for looking at.
 plot_tolerance=0.01
 bake_tolerance=0.02
+render_tolerance=0.03
 
 page="$folder/index.html"
 part="$page.part"
@@ -21,7 +22,7 @@ cat >"$part" <<'HTML'
 <title>biscale: effective BRDFs of the samples</title>
 <style>
 body { font: 16px/1.5 sans-serif; max-width: 76rem; margin: 2rem auto; padding: 0 1rem; color: #222 }
-img { max-width: 100%; height: auto } .view { width: 34% } .polar { width: 64% }
+img { max-width: 100%; height: auto } .view { width: 34% } .polar { width: 64% } .scene { width: 24% }
 h2 { font-size: 1.1rem; margin: 2.5rem 0 0 } p { margin: .2rem 0 .6rem } code { background: #f2f2f2; padding: 0 .3em }
 </style>
 <h1>Effective BRDFs of the samples</h1>
@@ -57,7 +58,16 @@ cat >>"$part" <<HTML
 <code>biscale eval demo/$table.exr --pairs samples/slice.csv -o demo/slice.csv</code>, and <code>biscale plot</code> of the table:
 compare it with the plot above, which is computed for exactly its directions.</p>
 <img class="polar" src="$table-polar.png" alt="polar plots of the table">
-</html>
+<h2>From afar</h2>
+<p>Objects whose surface is such a material: <code>biscale render samples/scenes/NAME.toml -o demo/NAME.png --tolerance $render_tolerance</code></p>
 HTML
+for scene in samples/scenes/*.toml; do
+    name=$(basename "$scene" .toml)
+    what=$(sed -n '1s/^# *//p' "$scene")
+    echo "--- $name: $what"
+    "$biscale" render "$scene" -o "$folder/$name.png" --tolerance $render_tolerance
+    echo "<img class=\"scene\" src=\"$name.png\" alt=\"$name\" title=\"$(html "$what")\">" >>"$part"
+done
+echo '</html>' >>"$part"
 mv "$part" "$page"
 echo "--- done: open $(cd "$folder" && pwd)/index.html"

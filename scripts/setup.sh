@@ -1,5 +1,5 @@
 #!/bin/sh
-# Everything that building needs, on a Debian-like machine: a C compiler (the linker of Rust programs), a Rust toolchain, the
+# Everything that building needs, on a Debian-like machine: a C compiler (the linker of Rust programs) and a C++ one, a Rust toolchain, the
 # crates of Cargo.lock. What is there is left alone; when all is there, nothing is asked of the network.
 #
 # usage: scripts/setup.sh [test]     with "test" also rustfmt, clippy and what fabricate/validate.py uses
@@ -25,20 +25,22 @@ install() {
     $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "$@" >&2
 }
 
-# A compiler without the C library's headers and start files cannot link: so link.
+# A compiler without its library's headers and start files cannot link: so link. C++ is for the image comparison (FLIP).
 links() {
     scratch=$(mktemp -d)
     echo 'int main(void) { return 0; }' >"$scratch/main.c"
+    printf '#include <vector>\nint main() { return static_cast<int>(std::vector<int>().size()); }\n' >"$scratch/main.cpp"
     linked=0
     cc "$scratch/main.c" -o "$scratch/main" 2>/dev/null || linked=1
+    c++ "$scratch/main.cpp" -o "$scratch/main" 2>/dev/null || linked=1
     rm -rf "$scratch"
     return $linked
 }
 
 if ! links; then
-    say "there is no working C compiler"
-    install gcc libc6-dev
-    links || fail "cc still cannot link a program; see the messages above"
+    say "there is no working C and C++ compiler"
+    install gcc g++ libc6-dev
+    links || fail "cc and c++ still cannot link a program; see the messages above"
 fi
 
 # --- the Rust toolchain: looked at, never installed -------------------------------------------------------------------------

@@ -50,6 +50,11 @@ pub(crate) fn parse(path: &Path, bytes: &[u8]) -> Result<Raster, BadInput> {
         "exr" => exr(bytes)?,
         _ => return Err(BadInput::new(format!("the ending \"{ending}\" is not known for an image"), "use .png, .tif, .tiff or .exr")),
     };
+    checked(raster)
+}
+
+/// Refuses an image without pixels, or with one that is not a number.
+fn checked(raster: Raster) -> Result<Raster, BadInput> {
     if raster.width == 0 || raster.height == 0 {
         return Err(BadInput::new("the image has no pixels", "use another one"));
     }
@@ -81,6 +86,44 @@ pub fn read_tint(path: &Path) -> Result<TintImage> {
         }
     }
     Ok(TintImage { width, height, pixels })
+}
+
+/// Reads linear radiance: `.hdr` (Radiance) or `.exr`, three channels.
+///
+/// # Errors
+/// As [`read`]; and a value below 0, with its pixel.
+pub fn read_radiance(path: &Path) -> Result<Raster> {
+    let bytes = std::fs::read(path).map_err(|e| Error::reading(path, e))?;
+    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    let raster = match &*ending {
+        "hdr" => hdr(&bytes).and_then(checked),
+        "exr" => parse(path, &bytes),
+        _ => Err(BadInput::new(format!("the ending \"{ending}\" is not known for light"), "use .hdr or .exr")),
+    };
+    let mut raster = raster.map_err(|bad| bad.in_file(path))?;
+    if let Some(place) = raster.channels.iter().flatten().position(|v| *v < 0.0) {
+        let pixel = place % (raster.width * raster.height);
+        let problem = format!("the radiance in column {}, row {} is negative", pixel % raster.width, pixel / raster.width);
+        return Err(BadInput::new(problem, "light is 0 or more").in_file(path).into());
+    }
+    while raster.channels.len() < 3 {
+        raster.channels.push(raster.channels[0].clone());
+    }
+    Ok(raster)
+}
+
+fn hdr(bytes: &[u8]) -> Result<Raster, BadInput> {
+    let with = || {
+        let mut reader = image::ImageReader::with_format(Cursor::new(bytes), image::ImageFormat::Hdr);
+        let mut limits = image::Limits::default();
+        limits.max_alloc = Some(MAX_BYTES);
+        reader.limits(limits);
+        reader
+    };
+    let (width, height) = with().into_dimensions().map_err(|e| unreadable("Radiance", e))?;
+    check_size(width.into(), height.into())?;
+    let decoded = with().decode().map_err(|e| unreadable("Radiance", e))?.into_rgb32f();
+    Ok(Raster { width: width as usize, height: height as usize, channels: deinterleave(decoded.as_raw(), 3), integer: false })
 }
 
 fn check_size(width: u64, height: u64) -> Result<(), BadInput> {

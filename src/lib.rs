@@ -4,7 +4,7 @@
 //! its own BRDF. This crate computes that average. The modules stand in the order in which data flows through them:
 //!
 //! ```text
-//! material file -> geometry -> facets -> visibility -> filter -> effective BRDF
+//! material file -> geometry -> facets -> visibility -> filter -> effective BRDF -> render
 //!                                             brdf ----^
 //! ```
 //!
@@ -31,6 +31,7 @@ pub mod geometry;
 pub mod image_file;
 mod low_discrepancy;
 pub mod material;
+pub mod render;
 mod simd;
 pub mod toml_reader;
 pub mod visibility;

@@ -1,5 +1,6 @@
 //! `biscale check`: validates files and says what would be done; does nothing.
 
+use crate::check_scene;
 use crate::interrupt;
 use crate::options::{CommonArgs, QualityArgs};
 use crate::output::{self, Description};
@@ -8,6 +9,8 @@ use biscale::error::{Error, Result};
 use biscale::filter::{Method, Quality};
 use biscale::geometry::Tile;
 use biscale::material::{Material, Surface, Tint};
+use biscale::render::scene::Scene;
+use biscale::toml_reader::Source;
 use clap::Args;
 use glam::DVec3;
 use serde::Serialize;
@@ -18,7 +21,7 @@ use std::sync::atomic::Ordering;
 /// Arguments of `biscale check`.
 #[derive(Args, Debug)]
 pub struct CheckArgs {
-    /// Material files
+    /// Material and scene files
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     #[command(flatten)]
@@ -69,12 +72,39 @@ struct Object {
 /// What became of one file.
 struct Outcome {
     file: String,
-    result: Result<Report>,
+    result: Result<AnyReport>,
+}
+
+/// What a good file means.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+enum AnyReport {
+    Material(Box<Report>),
+    Scene(check_scene::Report),
+}
+
+impl fmt::Display for AnyReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Material(report) => report.fmt(f),
+            Self::Scene(report) => report.fmt(f),
+        }
+    }
+}
+
+impl AnyReport {
+    fn of(file: &Path, would_run: &str) -> Result<Self> {
+        let source = Source::read(file)?;
+        if Scene::is_scene(&source) {
+            return Ok(Self::Scene(check_scene::Report::of(&Scene::parse(&source)?, would_run)));
+        }
+        Ok(Self::Material(Box::new(Report::of(&Material::parse(&source)?, would_run)?)))
+    }
 }
 
 impl Outcome {
     fn of(file: &Path, would_run: &str) -> Self {
-        Self { file: file.display().to_string(), result: Report::of(file, would_run) }
+        Self { file: file.display().to_string(), result: AnyReport::of(file, would_run) }
     }
 }
 
@@ -85,7 +115,7 @@ impl Serialize for Outcome {
             file: &'a str,
             ok: bool,
             #[serde(skip_serializing_if = "Option::is_none")]
-            report: Option<&'a Report>,
+            report: Option<&'a AnyReport>,
             #[serde(skip_serializing_if = "Option::is_none")]
             error: Option<Description>,
         }
@@ -160,8 +190,7 @@ const BYTES_OF_UV: usize = 48;
 const BYTES_PER_VERTEX: usize = 24;
 
 impl Report {
-    fn of(file: &Path, would_run: &str) -> Result<Self> {
-        let material = Material::load(file)?;
+    fn of(material: &Material, would_run: &str) -> Result<Self> {
         let surface = material.build()?;
         let tile = &surface.tile;
         let mut parts: Vec<Part> =
@@ -192,7 +221,7 @@ impl Report {
         let surfaces = material.surfaces.iter().map(SurfaceReport::of).collect();
         Ok(Self {
             kind: "material",
-            name: material.name,
+            name: material.name.clone(),
             unit: material.unit,
             period: tile.period.into(),
             height: if low <= high { [low, high] } else { [0.0; 2] },

@@ -2,6 +2,8 @@
 
 mod bake;
 mod check;
+mod check_scene;
+mod compare;
 mod eval;
 mod fold;
 mod interrupt;
@@ -11,7 +13,9 @@ mod options;
 mod output;
 mod pairs;
 mod plot;
+mod png_file;
 mod progress;
+mod render;
 mod report;
 
 use biscale::error::{Error, Result};
@@ -48,8 +52,10 @@ enum Command {
     Bake(bake::BakeArgs),
     /// Pictures: polar plots of the effective BRDF, a view of the surface
     Plot(plot::PlotArgs),
-    /// The large-scale appearance, as an image (not built yet)
-    Render(later::LaterArgs),
+    /// The large-scale appearance, as an image
+    Render(render::RenderArgs),
+    /// How far two images are apart: PSNR, relative RMS, FLIP
+    Compare(compare::CompareArgs),
     /// Error against time, for every method and setting (not built yet)
     Study(later::LaterArgs),
     /// Folding pattern: sheets to print, cut, fold and glue
@@ -99,7 +105,8 @@ fn run(cli: &Cli) -> Result<u8> {
         Command::Eval(args) => eval::run(args, &cli.common)?,
         Command::Bake(args) => bake::run(args, &cli.common)?,
         Command::Plot(args) => plot::run(args, &cli.common)?,
-        Command::Render(_) => later::run("render")?,
+        Command::Render(args) => render::run(args, &cli.common)?,
+        Command::Compare(args) => compare::run(args, &cli.common)?,
         Command::Study(_) => later::run("study")?,
         Command::Fold(args) => return fold::run(args, &cli.common),
         Command::Capture(_) => later::run("capture")?,

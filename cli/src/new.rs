@@ -3,6 +3,7 @@
 use crate::options::CommonArgs;
 use crate::output::{self, Target};
 use biscale::error::{BadInput, Error, Result};
+use biscale::render::scene::TEMPLATE;
 use clap::{Args, ValueEnum};
 use serde_json::json;
 use std::path::PathBuf;
@@ -35,7 +36,7 @@ enum Kind {
     HeightField,
     /// Triangles from an OBJ, PLY or STL file
     Mesh,
-    /// A scene for `render`; not built yet
+    /// A scene for `render`
     Scene,
     /// A list of photographs for `capture`; not built yet
     Shoot,
@@ -50,13 +51,16 @@ enum Kind {
 pub fn run(args: &NewArgs, common: &CommonArgs) -> Result<()> {
     let kind = args.kind.to_possible_value().map(|v| v.get_name().to_owned()).unwrap_or_default();
     let unsupported = || Error::Unsupported { what: format!("`biscale new {kind}`"), remedy: "it is not built yet in this version".into() };
-    if matches!(args.kind, Kind::Scene | Kind::Shoot | Kind::Fit) {
+    if matches!(args.kind, Kind::Shoot | Kind::Fit) {
         return Err(unsupported());
     }
     let [file] = &args.files[..] else {
         return Err(BadInput::new("two files are given", format!("write `biscale new {kind} FILE`")).at_field("FILE").into());
     };
-    let text = biscale::geometry::template(&kind).ok_or_else(unsupported)?;
+    let text = match args.kind {
+        Kind::Scene => TEMPLATE.to_owned(),
+        _ => biscale::geometry::template(&kind).ok_or_else(unsupported)?,
+    };
     // The user edits this file: it is never recognised as ours to overwrite.
     let target = Target::new(file, args.force, &[], |_| false)?;
     if target.is_stdout() && common.json {

@@ -167,6 +167,17 @@ impl HemisphereGrid {
 
     /// Nodes around the unit direction `w` with `w.z >=` [`MIN_COSINE`], and the weights that reproduce its vector.
     pub fn weights(&self, w: DVec3) -> Weights {
+        let (triangle, weights) = self.locate(w);
+        (self.triangles[triangle], weights)
+    }
+
+    /// The nodes at the corners of each triangle between the nodes.
+    pub fn triangles(&self) -> &[[usize; 3]] {
+        &self.triangles
+    }
+
+    /// As [`Self::weights`], with the place of the three nodes in [`Self::triangles`].
+    pub fn locate(&self, w: DVec3) -> (usize, [f64; 3]) {
         // The lattice cell is nearly always right; the sides of the spherical triangle bend a little away from its own.
         let mut triangle = place(self.rings, w).triangle();
         let mut steps = 0;
@@ -177,7 +188,7 @@ impl HemisphereGrid {
             // Between two nodes on the horizon the great circle rises above it by 1e-4 of the node's distance: such a
             // direction lies outside, and takes the edge's weights.
             if weights[least] >= ON_EDGE || next == OUTSIDE || steps == MAX_STEPS {
-                return (self.triangles[triangle], weights.map(|b| b.max(0.0)));
+                return (triangle, weights.map(|b| b.max(0.0)));
             }
             triangle = next;
             steps += 1;

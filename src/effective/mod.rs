@@ -8,7 +8,7 @@
 //! ```
 //!
 //! All weights and `G` are not negative, so neither is `S`; it is exactly symmetric where the table is. [`bake`] makes
-//! tables, [`file`] stores them.
+//! tables, [`mod@file`] stores them.
 
 pub mod bake;
 pub mod file;

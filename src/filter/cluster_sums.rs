@@ -4,12 +4,14 @@
 //! that the caller measures.
 
 use super::estimate::PairSums;
-use super::lobes::{Half, Lanes, Lobe, Shape, Side};
-use crate::bvndf::both_see;
+use super::lobes::{Lanes, Lobe, Shape, Side};
+use super::sums::TaskPair;
+use crate::brdf::Measured;
+use crate::bvndf::{WORDS_PER_BYTES, both_see, by_set};
 use crate::clusters::Cluster;
 use crate::facets::{LANES, SETS};
 use crate::simd::{self, Kernel};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use std::ops::Range;
 
 /// [`LANES`] clusters, structure of arrays.
@@ -66,29 +68,40 @@ impl<'a> ClusteredLobe<'a> {
     }
 }
 
-/// A pair of directions, the words of their visibility bits, and what the half vector says.
-pub struct ClusteredPair<'a> {
-    /// To the light.
-    pub wi: DVec3,
-    /// To the viewer.
-    pub wo: DVec3,
-    /// Words of all facets.
-    pub bits: [&'a [u64]; 2],
-    /// Their half vector.
-    pub half: Half,
+/// What each direction of a task sees of the clusters of a surface: memory that one task after another uses.
+#[derive(Debug, Default)]
+pub struct ClusterViews {
+    /// For each direction and chunk of clusters: bit `l` says that some facet of cluster `l` is seen.
+    seen: Vec<u16>,
+    /// For each direction the words of the clusters, turned by [`by_set`].
+    words: Vec<u64>,
+    /// For each lobe, direction and chunk: the lobe's [`Side`] at the mean normals.
+    side: Vec<Lanes>,
 }
 
-/// Adds to `sums` the sums over the clusters of a surface, whose facets are the words `ranges` and stand for `weight` each.
-pub fn add_clusters(pair: &ClusteredPair<'_>, ranges: &[Range<usize>], lobes: &[ClusteredLobe<'_>], weight: f64, sums: &mut PairSums) {
-    simd::run(Add { pair, ranges, lobes, weight, sums });
+/// The clusters of one surface, for a task.
+pub struct Clustered<'a> {
+    /// The words of each cluster's facets.
+    pub ranges: &'a [Range<usize>],
+    /// The surface's lobes.
+    pub lobes: &'a [ClusteredLobe<'a>],
+    /// What a facet stands for.
+    pub weight: f64,
+}
+
+impl Clustered<'_> {
+    /// Adds to `sums`, one element a pair, the sums over the clusters; `directions` are those of the task, with their bits.
+    pub fn add(&self, directions: &[(DVec3, &[u64])], pairs: &[TaskPair], views: &mut ClusterViews, sums: &mut [PairSums]) {
+        simd::run(Add { clustered: self, directions, pairs, views, sums });
+    }
 }
 
 struct Add<'a> {
-    pair: &'a ClusteredPair<'a>,
-    ranges: &'a [Range<usize>],
-    lobes: &'a [ClusteredLobe<'a>],
-    weight: f64,
-    sums: &'a mut PairSums,
+    clustered: &'a Clustered<'a>,
+    directions: &'a [(DVec3, &'a [u64])],
+    pairs: &'a [TaskPair],
+    views: &'a mut ClusterViews,
+    sums: &'a mut [PairSums],
 }
 
 impl Kernel for Add<'_> {
@@ -96,28 +109,60 @@ impl Kernel for Add<'_> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { pair, ranges, lobes, weight, sums } = self;
-        let colours: Vec<[f64; 3]> = {
-            let i_dot_h = 0.5 * (pair.wi + pair.wo).length();
-            lobes.iter().map(|l| l.lobe.colour_at(i_dot_h).map(|c| c * weight)).collect()
-        };
-        for (k, ranges) in ranges.chunks(LANES).enumerate() {
-            let mut counts = [[0; SETS]; LANES];
-            let mut any = 0;
-            for (count, range) in counts.iter_mut().zip(ranges) {
-                *count = both_see(&pair.bits[0][range.clone()], &pair.bits[1][range.clone()]);
-                any |= count.iter().fold(0, |a, &b| a | b);
-            }
-            if any == 0 {
-                continue;
-            }
-            for (lobe, colour) in lobes.iter().zip(&colours) {
-                let values = lobe.values(&lobe.chunks[k], pair, &counts);
-                for (value, count) in values.iter().zip(&counts).take(ranges.len()) {
-                    for (set, &n) in sums.iter_mut().zip(count) {
-                        for c in 0..3 {
-                            set[c] += colour[c] * f64::from(value[c]) * f64::from(n);
+        let Self { clustered: Clustered { ranges, lobes, weight }, directions, pairs, views, sums } = self;
+        let chunks = ranges.len().div_ceil(LANES);
+        let places = views.see(ranges, lobes, directions);
+        // One number a set for each lobe, three for a table.
+        let mut acc = vec![[0.0_f32; SETS]; lobes.len()];
+        let mut tables = vec![[[0.0_f32; SETS]; 3]; lobes.len()];
+        let mut values = vec![[0.0; LANES]; lobes.len()];
+        let mut both = Vec::new();
+        for (pair, sums) in pairs.iter().zip(sums) {
+            let words = [views.words_of(pair.i, directions.len()), views.words_of(pair.o, directions.len())];
+            acc.fill([0.0; SETS]);
+            tables.fill([[0.0; SETS]; 3]);
+            for k in 0..chunks {
+                let mut left = views.seen[pair.i * chunks + k] & views.seen[pair.o * chunks + k];
+                if left == 0 {
+                    continue;
+                }
+                for (j, lobe) in lobes.iter().enumerate() {
+                    if lobe.lobe.whole.is_none() {
+                        let side = |d: usize| &views.side[(j * directions.len() + d) * chunks + k];
+                        values[j] = lobe.values(&lobe.chunks[k], pair, side(pair.i), side(pair.o));
+                    }
+                }
+                let of_chunk = &places[k * LANES..places.len().min((k + 1) * LANES)];
+                let first = of_chunk[0].start;
+                let of_all = first..of_chunk[of_chunk.len() - 1].end;
+                see_both(&words[0][of_all.clone()], &words[1][of_all], &mut both);
+                while left != 0 {
+                    let l = left.trailing_zeros() as usize;
+                    left &= left - 1;
+                    let count = counts(&both[of_chunk[l].start - first..of_chunk[l].end - first]);
+                    for j in 0..lobes.len() {
+                        let value = values[j][l];
+                        for r in 0..SETS {
+                            acc[j][r] += value * count[r];
                         }
+                        if let Some(measured) = lobes[j].lobe.whole {
+                            let fr = table_value(measured, &lobes[j].chunks[k], l, pair);
+                            for c in 0..3 {
+                                for r in 0..SETS {
+                                    tables[j][c][r] += fr[c] * count[r];
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+            let i_dot_h = 0.5 * (pair.wi + pair.wo).length();
+            for (j, lobe) in lobes.iter().enumerate() {
+                let colour = lobe.lobe.colour_at(i_dot_h);
+                for r in 0..SETS {
+                    for c in 0..3 {
+                        let total = if lobe.lobe.whole.is_some() { tables[j][c][r] } else { acc[j][r] };
+                        sums[r][c] += weight * colour[c] * f64::from(total);
                     }
                 }
             }
@@ -125,45 +170,126 @@ impl Kernel for Add<'_> {
     }
 }
 
+/// Facets of each word that both directions see, packed.
+#[inline(always)]
+fn see_both(light: &[u64], viewer: &[u64], both: &mut Vec<u64>) {
+    both.resize(light.len().max(both.len()), 0);
+    let both = &mut both[..light.len()];
+    let viewer = &viewer[..light.len()];
+    for w in 0..light.len() {
+        both[w] = both_see(light[w], viewer[w]);
+    }
+}
+
+/// Facets of a cluster that both directions see, for each set, from those of its words.
+#[inline(always)]
+fn counts(packed: &[u64]) -> [f32; SETS] {
+    let mut counts = [0.0; SETS];
+    for words in packed.chunks(WORDS_PER_BYTES) {
+        let mut sum = 0;
+        for word in words {
+            sum += word;
+        }
+        let bytes = sum.to_le_bytes();
+        for r in 0..SETS {
+            counts[r] += f32::from(bytes[r]);
+        }
+    }
+    counts
+}
+
+/// `fr (n·i)(n·o)` of a table at the mean normal of a cluster, three channels.
+fn table_value(measured: &Measured, chunk: &Chunk, l: usize, pair: &TaskPair) -> [f32; 3] {
+    let (i, o) = (pair.wi.as_vec3(), pair.wo.as_vec3());
+    let n = Vec3::new(chunk.normal[0][l], chunk.normal[1][l], chunk.normal[2][l]);
+    let factor = n.dot(i).max(0.0) * n.dot(o).max(0.0);
+    measured.eval_f32(n, i, o).map(|fr| fr * factor)
+}
+
+impl ClusterViews {
+    #[inline(always)]
+    fn words_of(&self, d: usize, directions: usize) -> &[u64] {
+        let words = self.words.len() / directions;
+        &self.words[d * words..(d + 1) * words]
+    }
+
+    /// Looks at the clusters whose words are `ranges` from all directions, and gives the places of each cluster's words in [`Self::words`].
+    #[inline(always)]
+    fn see(&mut self, ranges: &[Range<usize>], lobes: &[ClusteredLobe<'_>], directions: &[(DVec3, &[u64])]) -> Vec<Range<usize>> {
+        let chunks = ranges.len().div_ceil(LANES);
+        let mut places = Vec::with_capacity(ranges.len());
+        let mut total = 0;
+        for range in ranges {
+            places.push(total..total + range.len());
+            total += range.len();
+        }
+        self.seen.clear();
+        self.words.clear();
+        for &(_, bits) in directions {
+            for ranges in ranges.chunks(LANES) {
+                let mut seen = 0;
+                for (l, range) in ranges.iter().enumerate() {
+                    let mut any = 0;
+                    for &word in &bits[range.clone()] {
+                        any |= word;
+                        self.words.push(by_set(word));
+                    }
+                    seen |= u16::from(any != 0) << l;
+                }
+                self.seen.push(seen);
+            }
+        }
+        self.side.clear();
+        for lobe in lobes {
+            for (d, (w, _)) in directions.iter().enumerate() {
+                let w = [w.x as f32, w.y as f32, w.z as f32];
+                for k in 0..chunks {
+                    let mut cosine = [0.0; LANES];
+                    if self.seen[d * chunks + k] != 0 {
+                        cosine = dot(&lobe.chunks[k].normal, w);
+                        for l in 0..LANES {
+                            cosine[l] = cosine[l].clamp(0.0, 1.0);
+                        }
+                    }
+                    self.side.push(lobe.lobe.side.eval(&cosine));
+                }
+            }
+        }
+        places
+    }
+}
+
 #[inline(always)]
 fn dot(n: &[Lanes; 3], w: [f32; 3]) -> Lanes {
-    std::array::from_fn(|l| n[0][l] * w[0] + n[1][l] * w[1] + n[2][l] * w[2])
+    let mut out = [0.0; LANES];
+    for l in 0..LANES {
+        out[l] = n[0][l] * w[0] + n[1][l] * w[1] + n[2][l] * w[2];
+    }
+    out
 }
 
 impl ClusteredLobe<'_> {
-    /// `fr (n·i)(n·o)` without the colour, for three channels, of each cluster of a chunk.
+    /// `fr (n·i)(n·o)` without the colour of each cluster of a chunk; `side_i` and `side_o` are the lobe's [`Side`] at their mean normals.
     #[inline(always)]
-    fn values(&self, chunk: &Chunk, pair: &ClusteredPair<'_>, counts: &[[u32; SETS]; LANES]) -> [[f32; 3]; LANES] {
-        let (i, o) = (pair.wi.as_vec3().to_array(), pair.wo.as_vec3().to_array());
-        if let Some(measured) = self.lobe.whole {
-            return std::array::from_fn(|l| {
-                if counts[l] == [0; SETS] {
-                    return [0.0; 3];
-                }
-                let n = glam::Vec3::new(chunk.normal[0][l], chunk.normal[1][l], chunk.normal[2][l]);
-                let factor = n.dot(i.into()).max(0.0) * n.dot(o.into()).max(0.0);
-                measured.eval_f32(n, i.into(), o.into()).map(|fr| fr * factor)
-            });
-        }
+    fn values(&self, chunk: &Chunk, pair: &TaskPair, side_i: &Lanes, side_o: &Lanes) -> Lanes {
         let mut value = [0.0; LANES];
         if self.lobe.shape == Shape::Constant && self.lobe.side == Side::Cosine {
+            let (i, o) = (pair.wi.as_vec3(), pair.wo.as_vec3());
+            // Products of i and o: they have the same bits both ways round.
+            let square = [i.x * o.x, i.y * o.y, i.z * o.z];
+            let mixed = [i.x * o.y + i.y * o.x, i.x * o.z + i.z * o.x, i.y * o.z + i.z * o.y];
             let m = &chunk.moment;
             for l in 0..LANES {
-                let xy =
-                    m[3][l] * (i[0] * o[1] + i[1] * o[0]) + m[4][l] * (i[0] * o[2] + i[2] * o[0]) + m[5][l] * (i[1] * o[2] + i[2] * o[1]);
-                // Products of i and o first: they have the same bits both ways round.
-                let squares = m[0][l] * (i[0] * o[0]) + m[1][l] * (i[1] * o[1]) + m[2][l] * (i[2] * o[2]);
-                value[l] = (squares + xy).max(0.0);
+                let squares = m[0][l] * square[0] + m[1][l] * square[1] + m[2][l] * square[2];
+                value[l] = (squares + (m[3][l] * mixed[0] + m[4][l] * mixed[1] + m[5][l] * mixed[2])).max(0.0);
             }
         } else {
-            let clamp = |c: Lanes| c.map(|c| c.clamp(0.0, 1.0));
-            let (side_i, side_o) = (self.lobe.side.eval(&clamp(dot(&chunk.normal, i))), self.lobe.side.eval(&clamp(dot(&chunk.normal, o))));
             let shape = self.widened(chunk, pair.half.h);
             for l in 0..LANES {
                 value[l] = side_i[l] * side_o[l] * shape[l];
             }
         }
-        value.map(|v| [v; 3])
+        value
     }
 
     /// The lobe's [`Shape`] at the half vector, widened by the spread of each cluster.
@@ -176,21 +302,17 @@ impl ClusteredLobe<'_> {
             form[l] = chunk.inverse[0][l] * x[l] * x[l] + 2.0 * chunk.inverse[1][l] * x[l] * y[l] + chunk.inverse[2][l] * y[l] * y[l];
             cos2[l] = z[l] * z[l];
         }
-        match self.lobe.shape {
-            Shape::Ggx(a2) => {
-                let unit = Shape::Ggx(1.0).eval(&form, &cos2);
-                std::array::from_fn(|l| unit[l] * chunk.height[l] / (a2 * a2))
-            }
-            Shape::Beckmann(_) => {
-                let unit = Shape::Beckmann(1.0).eval(&form, &cos2);
-                std::array::from_fn(|l| unit[l] * chunk.height[l])
-            }
-            Shape::Ward(_) => {
-                let unit = Shape::Ward(1.0).eval(&form, &cos2);
-                std::array::from_fn(|l| unit[l] * chunk.height[l])
-            }
-            // The form is sin² itself here.
-            shape => shape.eval(&form, &cos2),
+        let (shape, factor) = match self.lobe.shape {
+            Shape::Ggx(a2) => (Shape::Ggx(1.0), 1.0 / (a2 * a2)),
+            Shape::Beckmann(_) => (Shape::Beckmann(1.0), 1.0),
+            Shape::Ward(_) => (Shape::Ward(1.0), 1.0),
+            // The form is sin² itself here, and the height 1.
+            shape => (shape, 1.0),
+        };
+        let [mut value] = shape.eval(&[form], &[cos2]);
+        for l in 0..LANES {
+            value[l] *= chunk.height[l] * factor;
         }
+        value
     }
 }

@@ -7,9 +7,9 @@ use rustc_hash::FxHashMap;
 use std::ops::Range;
 
 /// Directions on one side of a square block of pairs that the sums take at once.
-const BLOCK_SIDE: u32 = 32;
+const BLOCK_SIDE: u32 = 64;
 /// Most pairs of a task, so that short lists are shared among threads too.
-const TASK_PAIRS: usize = 1024;
+const TASK_PAIRS: usize = 4096;
 
 /// What a list of pairs needs.
 #[derive(Clone, Debug, Default)]
@@ -20,6 +20,8 @@ pub struct Demand {
     pub pairs: Vec<[u32; 2]>,
     /// For each pair of the list its place in `pairs`, and the places of its own two directions; `None` below the horizon.
     pub wanted: Vec<Option<Wanted>>,
+    /// Places of the list above the horizon, by their place in `pairs`.
+    pub order: Vec<u32>,
 }
 
 /// One pair of the list.
@@ -89,6 +91,7 @@ impl Demand {
         let mut pairs: Vec<[u32; 2]> = Vec::new();
         let mut wanted = vec![None; list.len()];
         let mut before = None;
+        let order = keys.iter().map(|&(_, k)| k).collect();
         for (key, k) in keys {
             if before.replace(key) != Some(key) {
                 pairs.push(unkey(key));
@@ -96,7 +99,7 @@ impl Demand {
             let pair = u32::try_from(pairs.len() - 1).expect("fewer than 2^32 pairs");
             wanted[k as usize] = placed[k as usize][1].map(|viewer| Wanted { pair, viewer });
         }
-        Self { directions, pairs, wanted }
+        Self { directions, pairs, wanted, order }
     }
 
     /// Cuts `pairs` into tasks: runs that lie in one block of directions.

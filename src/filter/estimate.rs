@@ -20,36 +20,85 @@ pub struct Spread {
 
 /// The value of a pair whose light's direction has z component `cos_i`, from sums over `samples` samples; its standard errors are
 /// those of independent sets. Adds to `spread`.
+#[inline(always)]
 pub fn value(s: &PairSums, area: &[f64; SETS], samples: u32, cos_i: f64, spread: &mut Spread) -> Value {
     let scale = SETS as f64 / f64::from(samples);
-    let a = area.map(|a| a * scale);
-    let mean_a = a.iter().sum::<f64>() / SETS as f64;
+    let mut a = [0.0; SETS];
+    for r in 0..SETS {
+        a[r] = area[r] * scale;
+    }
+    let mean_a = mean(&a);
+    let (inverse_a, inverse_cos) = (1.0 / mean_a, 1.0 / cos_i.max(MIN_COSINE));
     let mut value = Value { av: mean_a, ..Value::default() };
     for c in 0..3 {
-        let s: [f64; SETS] = std::array::from_fn(|r| s[r][c] * scale);
-        value.s[c] = s.iter().sum::<f64>() / SETS as f64;
-        value.s_se[c] = variance_of_mean(&s, 1).sqrt();
+        let mut own = [0.0; SETS];
+        for r in 0..SETS {
+            own[r] = s[r][c] * scale;
+        }
+        value.s[c] = mean(&own);
+        value.s_se[c] = variances_of_mean(&own, value.s[c])[0].sqrt();
         if mean_a > 0.0 {
-            let q = value.s[c] / mean_a;
-            let residual: [f64; SETS] = std::array::from_fn(|r| (s[r] - q * a[r]) / mean_a);
-            for (sum, size) in spread.groups.iter_mut().zip([1, 2, 4]) {
-                *sum += variance_of_mean(&residual, size);
+            let q = value.s[c] * inverse_a;
+            for r in 0..SETS {
+                own[r] = (own[r] - q * a[r]) * inverse_a;
+            }
+            // Their mean is 0: q is the ratio of the means.
+            let variances = variances_of_mean(&own, 0.0);
+            for k in 0..3 {
+                spread.groups[k] += variances[k];
             }
             spread.energy += q * q;
             value.fbar[c] = q;
-            value.fhat[c] = q / cos_i.max(MIN_COSINE);
-            value.se[c] = variance_of_mean(&residual, 1).sqrt();
+            value.fhat[c] = q * inverse_cos;
+            value.se[c] = variances[0].sqrt();
         }
     }
     value
 }
 
-/// Variance of the mean of all sets, from the spread of the means of groups of `size` neighbouring sets.
-fn variance_of_mean(sets: &[f64; SETS], size: usize) -> f64 {
-    let groups = SETS / size;
-    let mean = sets.iter().sum::<f64>() / SETS as f64;
-    let squares: f64 = sets.chunks_exact(size).map(|g| (g.iter().sum::<f64>() / size as f64 - mean).powi(2)).sum();
-    squares / (groups * (groups - 1)) as f64
+/// Sum of `N` numbers, a power of two, halved again and again: short chains of additions.
+#[inline(always)]
+fn sum<const N: usize>(mut x: [f64; N]) -> f64 {
+    let mut n = N;
+    while n > 1 {
+        n /= 2;
+        for r in 0..n {
+            x[r] += x[r + n];
+        }
+    }
+    x[0]
+}
+
+#[inline(always)]
+fn mean(sets: &[f64; SETS]) -> f64 {
+    sum(*sets) / SETS as f64
+}
+
+/// Variances of the mean of all sets, from the spread of the sets, of the means of neighbouring two, and of neighbouring four.
+#[inline(always)]
+fn variances_of_mean(sets: &[f64; SETS], mean: f64) -> [f64; 3] {
+    let mut ones = [0.0; SETS];
+    for r in 0..SETS {
+        ones[r] = sets[r] - mean;
+    }
+    let (mut twos, mut fours) = ([0.0; SETS / 2], [0.0; SETS / 4]);
+    for r in 0..SETS / 2 {
+        twos[r] = 0.5 * (ones[2 * r] + ones[2 * r + 1]);
+    }
+    for r in 0..SETS / 4 {
+        fours[r] = 0.5 * (twos[2 * r] + twos[2 * r + 1]);
+    }
+    [variance(&ones), variance(&twos), variance(&fours)]
+}
+
+/// The variance of the mean of `N` numbers with these deviations from it.
+#[inline(always)]
+fn variance<const N: usize>(deviations: &[f64; N]) -> f64 {
+    let mut squares = *deviations;
+    for r in 0..N {
+        squares[r] *= squares[r];
+    }
+    sum(squares) * (1.0 / (N * (N - 1)) as f64)
 }
 
 impl Spread {

@@ -7,7 +7,7 @@
 
 use super::demand::Demand;
 use super::lobes::{Half, Lobe};
-use super::sums::View;
+use super::sums;
 use crate::facets::{Facets, Group, LANES};
 use crate::simd::{self, Kernel};
 use crate::visibility::Bits;
@@ -42,11 +42,11 @@ pub fn importance(
 ) -> Vec<f64> {
     let step = demand.wanted.len().div_ceil(PAIRS).max(1);
     let chosen: Vec<usize> = (0..demand.wanted.len()).step_by(step).filter(|&k| demand.wanted[k].is_some()).collect();
-    let blocks: Vec<usize> = (0..facets.triangle.len()).step_by(View::FACETS).collect();
+    let blocks: Vec<usize> = (0..facets.triangle.len()).step_by(sums::BLOCK_FACETS).collect();
     let squares: Vec<Vec<f32>> = blocks
         .par_iter()
         .map(|&start| {
-            let mut squares = vec![0.0; View::FACETS.min(facets.triangle.len() - start)];
+            let mut squares = vec![0.0; sums::BLOCK_FACETS.min(facets.triangle.len() - start)];
             for &k in &chosen {
                 let wanted = demand.wanted[k].expect("filtered above");
                 let known = known(k);
@@ -111,11 +111,11 @@ impl Kernel for Residuals<'_> {
             let lobes = &lobes[usize::from(group.surface)];
             let (from, to) = (range.start.max(start), range.end.min(start + squares.len()));
             for chunk in (from..to.max(from)).step_by(LANES) {
-                let cosine_o = View::cosine(facets, chunk, viewer.0, viewer.1);
+                let cosine_o = sums::seen_cosine(facets, chunk, viewer.0, viewer.1);
                 if cosine_o == [0.0; LANES] {
                     continue;
                 }
-                let cosine_i = View::cosine(facets, chunk, light.0, light.1);
+                let cosine_i = sums::seen_cosine(facets, chunk, light.0, light.1);
                 let mut reflected = [0.0; LANES];
                 for lobe in lobes {
                     let grey = (lobe.colour_at(i_dot_h).iter().sum::<f64>() / 3.0) as f32;

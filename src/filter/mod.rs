@@ -11,6 +11,7 @@ mod importance;
 #[cfg(test)]
 mod kernel_tests;
 mod lobes;
+mod plan;
 pub mod prepared;
 mod reference;
 mod sums;

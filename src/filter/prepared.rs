@@ -1,10 +1,10 @@
 //! Facets of a surface and what they see, kept for a list of pairs: all that stays the same when only its materials change.
 
-use super::cluster_sums::{self, ClusteredLobe, ClusteredPair};
+use super::cluster_sums::{ClusterViews, Clustered, ClusteredLobe};
 use super::demand::Demand;
 use super::estimate::{self, PairSums, Spread};
-use super::lobes::{self, Half, Lobe};
-use super::sums;
+use super::lobes::{self, Lobe};
+use super::sums::{self, Views};
 use super::{Control, Effective, Quality, Value, direct};
 use crate::brdf::Brdf;
 use crate::clusters::Cluster;
@@ -12,6 +12,7 @@ use crate::direction::Pair;
 use crate::error::{Error, Result};
 use crate::facets::{self, Clustering, Density, Facets, Group, Runs, SETS, Surface};
 use crate::material::{self, SmallScale, Tint};
+use crate::simd::{self, Kernel};
 use crate::visibility::horizon::Horizon;
 use crate::visibility::rays::{Occlusion, PeriodicBvh};
 use crate::visibility::{Bits, raster};
@@ -23,12 +24,12 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Samples of a batch: their bits and positions are what is held at once.
-pub const BATCH: u32 = 1 << 16;
+pub(super) const BATCH: u32 = 1 << 16;
 /// Pairs whose sums are held at once when a long list is evaluated: 192 bytes each.
 const GROUP_PAIRS: usize = 1 << 17;
 
 /// What turns samples into facets that know what they see.
-pub struct Tracer<'a> {
+pub(super) struct Tracer<'a> {
     small: &'a SmallScale,
     /// The surface in the form that sampling and visibility use.
     pub surface: Surface,
@@ -45,7 +46,7 @@ pub struct Tracer<'a> {
 }
 
 /// Facets, and the bits of some directions.
-pub struct Batch {
+pub(super) struct Batch {
     /// The facets.
     pub facets: Facets,
     /// One row a direction.
@@ -74,6 +75,11 @@ impl<'a> Tracer<'a> {
     /// Whether the triangles are clustered by normal.
     pub fn is_clustered(&self) -> bool {
         self.surface.groups.iter().any(|g| g.cluster.is_some())
+    }
+
+    /// Reports the share of a stage that is done.
+    fn report(&self, stage: &str, share: f64) {
+        (self.control.progress)(stage, share);
     }
 
     /// Rays so far that were lost among the periods and counted as free.
@@ -110,7 +116,9 @@ impl<'a> Tracer<'a> {
         {
             return Err(Error::Numeric(error.to_string()));
         }
-        bits.rows.par_chunks_mut(words.max(1)).zip(directions).for_each_init(raster::Scratch::default, |scratch, (row, &direction)| {
+        // Some directions one after the other, so that they share the buffers.
+        let rows = bits.rows.par_chunks_mut(words.max(1)).zip(directions).with_min_len(8);
+        rows.for_each_init(raster::Scratch::default, |scratch, (row, &direction)| {
             if self.control.check().is_err() {
                 return;
             }
@@ -210,20 +218,20 @@ fn by_azimuth(directions: &[DVec3]) -> Vec<(DVec2, Vec<usize>)> {
 }
 
 /// Lobes of each surface, tinted.
-pub fn surface_lobes(surfaces: &[material::Surface]) -> Vec<Vec<Lobe<'_>>> {
+pub(super) fn surface_lobes(surfaces: &[material::Surface]) -> Vec<Vec<Lobe<'_>>> {
     let of = |s: &'_ material::Surface| if let Tint::Uniform(tint) = s.tint { tint } else { [1.0; 3] };
     surfaces.iter().map(|s| lobes::lobes(&s.brdf, of(s))).collect()
 }
 
 /// How many of `directions`, with sums of visible `areas`, a triangle faces and yet a whole set of samples shows nothing of: so few samples
 /// see them that a spread of the sets does not tell the error.
-pub fn barely_seen(surface: &Surface, directions: &[DVec3], areas: &[[f64; SETS]]) -> usize {
+pub(super) fn barely_seen(surface: &Surface, directions: &[DVec3], areas: &[[f64; SETS]]) -> usize {
     let faced = |w: DVec3| surface.normals.iter().any(|n| n.dot(w) > 0.0);
     directions.iter().zip(areas).filter(|(w, sets)| sets.contains(&0.0) && faced(**w)).count()
 }
 
 /// Adds the sums over a batch of visible area, one element a direction.
-pub fn add_areas(batch: &Batch, demand: &Demand, areas: &mut [[f64; SETS]]) {
+pub(super) fn add_areas(batch: &Batch, demand: &Demand, areas: &mut [[f64; SETS]]) {
     areas.par_iter_mut().zip(&demand.directions).enumerate().for_each(|(d, (area, &direction))| {
         for (sum, new) in area.iter_mut().zip(sums::visible_area(&batch.facets, direction, batch.bits.row(d))) {
             *sum += new;
@@ -232,7 +240,7 @@ pub fn add_areas(batch: &Batch, demand: &Demand, areas: &mut [[f64; SETS]]) {
 }
 
 /// How a batch is summed.
-pub struct Materials<'a> {
+pub(super) struct Materials<'a> {
     /// Groups of the facets.
     pub groups: &'a [Group],
     /// Lobes of each surface.
@@ -259,7 +267,7 @@ impl<'a> Materials<'a> {
 }
 
 /// Adds the sums over a batch of the pairs of `tasks`, a run of [`Demand::tasks`], one element a pair.
-pub fn add_pairs(batch: &Batch, demand: &Demand, tasks: &[Range<usize>], materials: &Materials<'_>, mut sums: &mut [PairSums]) {
+pub(super) fn add_pairs(batch: &Batch, demand: &Demand, tasks: &[Range<usize>], materials: &Materials<'_>, mut sums: &mut [PairSums]) {
     let mut slices = Vec::with_capacity(tasks.len());
     for task in tasks {
         let (slice, rest) = sums.split_at_mut(task.len());
@@ -267,21 +275,22 @@ pub fn add_pairs(batch: &Batch, demand: &Demand, tasks: &[Range<usize>], materia
         sums = rest;
     }
     let (facets, bits) = (&batch.facets, &batch.bits);
-    slices.into_par_iter().zip(tasks).for_each(|(slice, task)| match &materials.clustered {
-        None => sums::add_pairs(facets, bits, demand, task.clone(), materials.groups, materials.lobes, slice),
-        Some(clustered) => {
-            // Clusters come with samples spread by area: every facet stands for the same.
-            let weight = facets.weight.iter().copied().fold(0.0, f32::max).into();
-            let words = |g: usize| facets.ranges[g].start / 64..facets.ranges[g].end / 64;
-            let of = |s: usize| (0..materials.groups.len()).filter(|&g| usize::from(materials.groups[g].surface) == s).map(words).collect();
-            let ranges: Vec<Vec<Range<usize>>> = (0..clustered.len()).map(of).collect();
-            for (&[i, o], sums) in demand.pairs[task.clone()].iter().zip(slice) {
-                let (wi, wo) = (demand.directions[i as usize], demand.directions[o as usize]);
-                let pair = ClusteredPair { wi, wo, bits: [bits.row(i as usize), bits.row(o as usize)], half: Half::new(wi, wo) };
-                for (lobes, ranges) in clustered.iter().zip(&ranges) {
-                    cluster_sums::add_clusters(&pair, ranges, lobes, weight, sums);
-                }
-            }
+    let work = slices.into_par_iter().zip(tasks);
+    let Some(clustered) = &materials.clustered else {
+        work.for_each_init(Views::default, |views, (slice, task)| {
+            sums::add_pairs(facets, bits, demand, task.clone(), materials.groups, materials.lobes, views, slice);
+        });
+        return;
+    };
+    // Clusters come with samples spread by area: every facet stands for the same.
+    let weight = facets.weight.iter().copied().fold(0.0, f32::max).into();
+    let words = |g: usize| facets.ranges[g].start / 64..facets.ranges[g].end / 64;
+    let of = |s: usize| (0..materials.groups.len()).filter(|&g| usize::from(materials.groups[g].surface) == s).map(words).collect();
+    let ranges: Vec<Vec<Range<usize>>> = (0..clustered.len()).map(of).collect();
+    work.for_each_init(ClusterViews::default, |views, (slice, task)| {
+        let (directions, pairs) = sums::of_task(bits, demand, task.clone());
+        for (lobes, ranges) in clustered.iter().zip(&ranges) {
+            Clustered { ranges, lobes, weight }.add(&directions, &pairs, views, slice);
         }
     });
 }
@@ -311,9 +320,11 @@ impl<'a> Prepared<'a> {
     /// The first `samples` samples of `tracer` and what they see; `demand` is that of `pairs`.
     pub(super) fn new(tracer: &Tracer<'_>, pairs: &'a [Pair], demand: Demand, samples: u32) -> Result<Self> {
         let parts = samples.div_ceil(BATCH);
-        let batches: Result<Vec<Batch>> =
-            (0..parts).map(|part| tracer.batch(Runs::of_block(0, samples, part, parts), &demand.directions)).collect();
-        let batches = batches?;
+        let mut batches = Vec::with_capacity(parts as usize);
+        for part in 0..parts {
+            batches.push(tracer.batch(Runs::of_block(0, samples, part, parts), &demand.directions)?);
+            tracer.report("visibility", f64::from(part + 1) / f64::from(parts));
+        }
         let mut areas = vec![[0.0; SETS]; demand.directions.len()];
         for batch in &batches {
             add_areas(batch, &demand, &mut areas);
@@ -345,10 +356,9 @@ impl<'a> Prepared<'a> {
         let lobes = surface_lobes(surfaces);
         let materials = Materials::new(&self.groups, &lobes, true);
         let tasks = self.demand.tasks();
-        // Places of the list by pair, so that a group of pairs fills in its values and is forgotten.
-        let mut order: Vec<u32> = (0_u32..).take(self.pairs.len()).filter(|&k| self.demand.wanted[k as usize].is_some()).collect();
-        let pair_of = |k: u32| self.demand.wanted[k as usize].expect("filtered above").pair as usize;
-        order.sort_by_key(|&k| pair_of(k));
+        // By pair, so that a group of pairs fills in its values and is forgotten.
+        let order = &self.demand.order;
+        let pair_of = |k: u32| self.demand.wanted[k as usize].expect("ordered places are wanted").pair as usize;
         let mut values = vec![Value::default(); self.pairs.len()];
         let mut spread = Spread::default();
         let (mut next_task, mut next_place) = (0, 0);
@@ -362,13 +372,10 @@ impl<'a> Prepared<'a> {
             for batch in &self.batches {
                 add_pairs(batch, &self.demand, group, &materials, &mut sums);
             }
-            while next_place < order.len() && pair_of(order[next_place]) < last {
-                let k = order[next_place] as usize;
-                let wanted = self.demand.wanted[k].expect("filtered above");
-                let area = &self.areas[wanted.viewer as usize];
-                values[k] = estimate::value(&sums[wanted.pair as usize - first], area, self.samples, self.pairs[k].wi.z, &mut spread);
-                next_place += 1;
-            }
+            let place = next_place + order[next_place..].partition_point(|&k| pair_of(k) < last);
+            let filled = Filled { demand: &self.demand, list: self.pairs, sums: &sums, first, areas: &self.areas, samples: self.samples };
+            filled.write(&order[next_place..place], &mut values, &mut spread);
+            next_place = place;
             (control.progress)("sums", last as f64 / self.demand.pairs.len() as f64);
             next_task = end;
         }
@@ -377,11 +384,66 @@ impl<'a> Prepared<'a> {
     }
 }
 
+/// Sums of some pairs, complete.
+pub(super) struct Filled<'a> {
+    /// What the list needs.
+    pub demand: &'a Demand,
+    /// The list.
+    pub list: &'a [Pair],
+    /// Sums of the pairs from `first` on.
+    pub sums: &'a [PairSums],
+    /// Place of the first pair in [`Demand::pairs`].
+    pub first: usize,
+    /// Sums of visible area, one a direction.
+    pub areas: &'a [[f64; SETS]],
+    /// Samples that were summed over.
+    pub samples: u32,
+}
+
+impl Filled<'_> {
+    /// Writes the values at the places `order` of the list, and adds to their spread.
+    pub fn write(&self, order: &[u32], values: &mut [Value], spread: &mut Spread) {
+        /// Values worked out at once; the same at any number of threads, as the sums of their spreads must be.
+        const CHUNK: usize = 2048;
+        let chunks: Vec<(Vec<Value>, Spread)> = order.par_chunks(CHUNK).map(|order| simd::run(Evaluate { filled: self, order })).collect();
+        for (order, (chunk, of_chunk)) in order.chunks(CHUNK).zip(chunks) {
+            for (&k, value) in order.iter().zip(chunk) {
+                values[k as usize] = value;
+            }
+            *spread = spread.and(of_chunk);
+        }
+    }
+}
+
+struct Evaluate<'a> {
+    filled: &'a Filled<'a>,
+    order: &'a [u32],
+}
+
+impl Kernel for Evaluate<'_> {
+    type Output = (Vec<Value>, Spread);
+
+    #[inline(always)]
+    fn run(self) -> (Vec<Value>, Spread) {
+        let Filled { demand, list, sums, first, areas, samples } = *self.filled;
+        let mut spread = Spread::default();
+        let mut values = Vec::with_capacity(self.order.len());
+        for &k in self.order {
+            let wanted = demand.wanted[k as usize].expect("ordered places are wanted");
+            let area = &areas[wanted.viewer as usize];
+            values.push(estimate::value(&sums[wanted.pair as usize - first], area, samples, list[k as usize].wi.z, &mut spread));
+        }
+        (values, spread)
+    }
+}
+
 /// Applies [`Spread::correction`] to the standard errors of values.
-pub fn correct(values: &mut [Value], spread: &Spread) {
+pub(super) fn correct(values: &mut [Value], spread: &Spread) {
     let factor = spread.correction();
     for value in values {
-        value.se = value.se.map(|se| se * factor);
-        value.s_se = value.s_se.map(|se| se * factor);
+        for c in 0..3 {
+            value.se[c] *= factor;
+            value.s_se[c] *= factor;
+        }
     }
 }

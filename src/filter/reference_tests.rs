@@ -302,7 +302,8 @@ fn light_and_viewer_can_change_places_with_bounces_and_glossy_walls_too() {
     let pairs = random_pairs(16, 13);
     let swapped: Vec<Pair> = pairs.iter().map(|p| Pair { wi: p.wo, wo: p.wi }).collect();
     for bounces in [0, 3] {
-        let run = |pairs: &[Pair]| run_with(&small, pairs, Quality { tolerance: 0.01, bounces, ..Quality::default() }).values;
+        let plan = Some(format!("reference:bounces={bounces}:first=512"));
+        let run = |pairs: &[Pair]| run_with(&small, pairs, Quality { plan: plan.clone(), bounces, ..Quality::default() }).values;
         for ((value, back), pair) in run(&pairs).iter().zip(&run(&swapped)).zip(&pairs) {
             let (off, se) = ((value.s[0] - back.s[0]).abs(), value.s_se[0].hypot(back.s_se[0]));
             // Two errors of 15 degrees of freedom each: beyond 5 of them lie 2 of 100,000 values.

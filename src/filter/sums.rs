@@ -25,25 +25,24 @@ const BLOCK: usize = BLOCK_CHUNKS * LANES;
 /// Blocks after which sums in f32 are added to sums in f64, so that no addend gets lost.
 const FLUSH_BLOCKS: usize = 64;
 
-/// One block of facets as one direction sees it.
-pub struct View {
-    /// `n·w` where the facet is seen, else 0.
-    cosine: [Lanes; BLOCK_CHUNKS],
-    /// The lobe's [`Side`] times the root of the facet's weight where the facet is seen, else 0.
-    side: [Lanes; BLOCK_CHUNKS],
-    /// Bit `k`: some facet of chunk `k` is seen.
-    chunks: u32,
+/// One block of facets as each direction of a task sees it.
+#[derive(Debug, Default)]
+pub struct Views {
+    /// `n·w` where the facet is seen, [`BLOCK_CHUNKS`] a direction.
+    cosine: Vec<Lanes>,
+    /// The lobe's [`Side`] times the root of the facet's weight where the facet is seen, else 0; [`BLOCK_CHUNKS`] a direction.
+    side: Vec<Lanes>,
+    /// For each direction: bit `k` says that some facet of chunk `k` is seen.
+    chunks: Vec<u32>,
 }
 
-impl View {
-    /// Facets of a block.
-    pub const FACETS: usize = BLOCK;
+/// Facets of a block.
+pub const BLOCK_FACETS: usize = BLOCK;
 
-    /// `n·w` of a chunk of facets where `bits` say that the facet is seen, else 0.
-    #[inline(always)]
-    pub fn cosine(facets: &Facets, chunk: usize, direction: DVec3, bits: &[u64]) -> Lanes {
-        masked_cosine(facets, chunk, direction, seen(bits, chunk))
-    }
+/// `n·w` of a chunk of facets where `bits` say that the facet is seen, else 0.
+#[inline(always)]
+pub fn seen_cosine(facets: &Facets, chunk: usize, direction: DVec3, bits: &[u64]) -> Lanes {
+    masked_cosine(facets, chunk, direction, seen(bits, chunk))
 }
 
 impl Lobe<'_> {
@@ -61,8 +60,8 @@ impl Lobe<'_> {
             }
             return value;
         }
-        let (sin2, cos2) = half_angle_narrow(facets, chunk, half);
-        let shape = self.shape.eval(&sin2, &cos2);
+        let (sin2, cos2) = half_angles_narrow(facets, chunk, &[*half]);
+        let [shape] = self.shape.eval(&sin2, &cos2);
         let (side_i, side_o) = (self.side.eval(i.0), self.side.eval(o.0));
         for l in 0..LANES {
             value[l] = if i.0[l] > 0.0 && o.0[l] > 0.0 { side_i[l] * side_o[l] * shape[l] } else { 0.0 };
@@ -109,7 +108,39 @@ impl Kernel for VisibleArea<'_> {
     }
 }
 
-/// Adds to `sums`, one element a pair of `task`, the sums over the facets of all surfaces; `lobes` holds each surface's.
+/// A pair of a task, its directions by their place in the task.
+#[derive(Clone, Copy, Debug)]
+pub struct TaskPair {
+    /// Place of the direction to the light.
+    pub i: usize,
+    /// Place of the direction to the viewer.
+    pub o: usize,
+    /// To the light.
+    pub wi: DVec3,
+    /// To the viewer.
+    pub wo: DVec3,
+    /// Their half vector.
+    pub half: Half,
+}
+
+/// The directions of a task, each with its bits, and its pairs.
+pub fn of_task<'a>(bits: &'a Bits, demand: &Demand, task: Range<usize>) -> (Vec<(DVec3, &'a [u64])>, Vec<TaskPair>) {
+    let pairs = &demand.pairs[task];
+    let mut used: Vec<u32> = pairs.iter().flatten().copied().collect();
+    used.sort_unstable();
+    used.dedup();
+    let place = |d: u32| used.binary_search(&d).expect("collected above");
+    let pair = |&[i, o]: &[u32; 2]| {
+        let (wi, wo) = (demand.directions[i as usize], demand.directions[o as usize]);
+        TaskPair { i: place(i), o: place(o), wi, wo, half: Half::new(wi, wo) }
+    };
+    let pairs = pairs.iter().map(pair).collect();
+    (used.iter().map(|&d| (demand.directions[d as usize], bits.row(d as usize))).collect(), pairs)
+}
+
+/// Adds to `sums`, one element a pair of `task`, the sums over the facets of all surfaces; `lobes` holds each surface's, `views` is
+/// memory that one task after another uses.
+#[expect(clippy::too_many_arguments, reason = "what a task is made of, and memory to use")]
 pub fn add_pairs(
     facets: &Facets,
     bits: &Bits,
@@ -117,35 +148,15 @@ pub fn add_pairs(
     task: Range<usize>,
     groups: &[Group],
     lobes: &[Vec<Lobe<'_>>],
+    views: &mut Views,
     sums: &mut [PairSums],
 ) {
-    let pairs = &demand.pairs[task];
-    let mut used: Vec<u32> = pairs.iter().flatten().copied().collect();
-    used.sort_unstable();
-    used.dedup();
-    let local = |d: u32| used.binary_search(&d).expect("collected above");
-    let pairs: Vec<Local> = pairs
-        .iter()
-        .map(|&[i, o]| {
-            let (wi, wo) = (demand.directions[i as usize], demand.directions[o as usize]);
-            Local { i: local(i), o: local(o), wi, wo, half: Half::new(wi, wo) }
-        })
-        .collect();
-    let directions: Vec<(DVec3, &[u64])> = used.iter().map(|&d| (demand.directions[d as usize], bits.row(d as usize))).collect();
+    let (directions, pairs) = of_task(bits, demand, task);
     for (range, group) in facets.ranges.iter().zip(groups) {
         for lobe in &lobes[usize::from(group.surface)] {
-            simd::run(AddLobe { facets, range: range.clone(), directions: &directions, pairs: &pairs, lobe, sums });
+            simd::run(AddLobe { facets, range: range.clone(), directions: &directions, pairs: &pairs, lobe, views, sums });
         }
     }
-}
-
-/// A pair of a task, its directions by their place in the task.
-struct Local {
-    i: usize,
-    o: usize,
-    wi: DVec3,
-    wo: DVec3,
-    half: Half,
 }
 
 fn blocks(range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
@@ -167,8 +178,9 @@ fn seen(bits: &[u64], chunk: usize) -> u32 {
 #[inline(always)]
 #[expect(clippy::cast_possible_truncation, reason = "the sums are in f32")]
 fn masked_cosine(facets: &Facets, chunk: usize, direction: DVec3, mask: u32) -> Lanes {
-    let w = direction.to_array().map(|x| x as f32);
-    let n = [0, 1, 2].map(|c| lanes(&facets.normal[c], chunk));
+    let w = [direction.x as f32, direction.y as f32, direction.z as f32];
+    // Not by `map`, whose closure the compiler may leave out of line.
+    let n = [lanes(&facets.normal[0], chunk), lanes(&facets.normal[1], chunk), lanes(&facets.normal[2], chunk)];
     let mut cosine = [0.0; LANES];
     for l in 0..LANES {
         let c = (n[0][l] * w[0] + n[1][l] * w[1] + n[2][l] * w[2]).clamp(0.0, 1.0);
@@ -177,32 +189,72 @@ fn masked_cosine(facets: &Facets, chunk: usize, direction: DVec3, mask: u32) -> 
     cosine
 }
 
-#[inline(always)]
-fn view(facets: &Facets, block: Range<usize>, direction: DVec3, bits: &[u64], side: Side, view: &mut View) {
-    view.chunks = 0;
-    for (k, chunk) in block.step_by(LANES).enumerate() {
-        let mask = seen(bits, chunk);
-        if mask == 0 {
-            continue;
-        }
-        view.chunks |= 1 << k;
-        let cosine = masked_cosine(facets, chunk, direction, mask);
-        let weight = lanes(&facets.weight, chunk);
-        let mut value = side.eval(&cosine);
-        for l in 0..LANES {
-            value[l] = if mask >> l & 1 == 1 { value[l] * weight[l].sqrt() } else { 0.0 };
-        }
-        view.cosine[k] = cosine;
-        view.side[k] = value;
+impl Views {
+    fn resize(&mut self, directions: usize) {
+        self.cosine.resize(directions * BLOCK_CHUNKS, [0.0; LANES]);
+        self.side.resize(directions * BLOCK_CHUNKS, [0.0; LANES]);
+        self.chunks.resize(directions, 0);
     }
+
+    /// Fills in what direction number `d` sees of a block of facets, whose weights have the roots `roots`.
+    #[inline(always)]
+    fn see(
+        &mut self,
+        d: usize,
+        facets: &Facets,
+        block: Range<usize>,
+        roots: &[Lanes; BLOCK_CHUNKS],
+        (direction, bits): (DVec3, &[u64]),
+        side: Side,
+    ) {
+        let at = d * BLOCK_CHUNKS;
+        let mut chunks = 0;
+        for (k, chunk) in block.step_by(LANES).enumerate() {
+            let mask = seen(bits, chunk);
+            if mask == 0 {
+                // Read all the same where another direction sees the chunk; the cosines of an earlier block do no harm.
+                self.side[at + k] = [0.0; LANES];
+                continue;
+            }
+            chunks |= 1 << k;
+            let cosine = masked_cosine(facets, chunk, direction, mask);
+            let mut value = side.eval(&cosine);
+            // Where the facet is not seen the cosine is 0, and every side with it.
+            for l in 0..LANES {
+                value[l] *= roots[k][l];
+            }
+            self.cosine[at + k] = cosine;
+            self.side[at + k] = value;
+        }
+        self.chunks[d] = chunks;
+    }
+
+    #[inline(always)]
+    fn of(&self, d: usize) -> View<'_> {
+        let range = d * BLOCK_CHUNKS..(d + 1) * BLOCK_CHUNKS;
+        View {
+            cosine: self.cosine[range.clone()].try_into().expect("so many chunks"),
+            side: self.side[range].try_into().expect("so many chunks"),
+            chunks: self.chunks[d],
+        }
+    }
+}
+
+/// A block of facets as one direction sees it.
+#[derive(Clone, Copy)]
+struct View<'a> {
+    cosine: &'a [Lanes; BLOCK_CHUNKS],
+    side: &'a [Lanes; BLOCK_CHUNKS],
+    chunks: u32,
 }
 
 struct AddLobe<'a> {
     facets: &'a Facets,
     range: Range<usize>,
     directions: &'a [(DVec3, &'a [u64])],
-    pairs: &'a [Local],
+    pairs: &'a [TaskPair],
     lobe: &'a Lobe<'a>,
+    views: &'a mut Views,
     sums: &'a mut [PairSums],
 }
 
@@ -211,45 +263,47 @@ impl Kernel for AddLobe<'_> {
 
     #[inline(always)]
     fn run(self) {
-        add_lobe(self.facets, self.range, self.directions, self.pairs, self.lobe, self.sums);
-    }
-}
-
-#[inline(always)]
-fn add_lobe(facets: &Facets, range: Range<usize>, directions: &[(DVec3, &[u64])], pairs: &[Local], lobe: &Lobe<'_>, sums: &mut [PairSums]) {
-    if let Some(measured) = lobe.whole {
-        return add_whole(facets, range, directions, pairs, lobe, measured, sums);
-    }
-    let empty = || View { cosine: [[0.0; LANES]; BLOCK_CHUNKS], side: [[0.0; LANES]; BLOCK_CHUNKS], chunks: 0 };
-    let mut views: Vec<View> = directions.iter().map(|_| empty()).collect();
-    let channels = if facets.tint.is_some() { 3 } else { 1 };
-    let mut acc: Vec<Lanes> = vec![[0.0; LANES]; pairs.len() * channels];
-    let mut until_flush = FLUSH_BLOCKS;
-    for block in blocks(range.clone()) {
-        for ((direction, bits), v) in directions.iter().zip(&mut views) {
-            view(facets, block.clone(), *direction, bits, lobe.side, v);
+        let Self { facets, range, directions, pairs, lobe, views, sums } = self;
+        if let Some(measured) = lobe.whole {
+            return add_whole(facets, range, directions, pairs, lobe, measured, sums);
         }
-        match (&facets.tint, lobe.shape, lobe.shape.is_narrow()) {
-            (Some(tint), shape, narrow) => add_tinted(facets, &block, &views, pairs, (shape, narrow), tint, &mut acc),
-            (None, Shape::Constant, _) => add_constant(&views, pairs, &mut acc),
-            // Matched here, outside the loops, so that each shape gets loops of its own.
-            (None, Shape::Ggx(a2), false) => add_wide(&views, pairs, Shape::Ggx(a2), &mut acc),
-            (None, Shape::Beckmann(a), false) => add_wide(&views, pairs, Shape::Beckmann(a), &mut acc),
-            (None, Shape::Ward(a), false) => add_wide(&views, pairs, Shape::Ward(a), &mut acc),
-            (None, Shape::Power(e), false) => add_wide(&views, pairs, Shape::Power(e), &mut acc),
-            (None, shape, true) => add_narrow(facets, &block, &views, pairs, shape, &mut acc),
+        views.resize(directions.len());
+        let channels = if facets.tint.is_some() { 3 } else { 1 };
+        let mut acc: Vec<Lanes> = vec![[0.0; LANES]; pairs.len() * channels];
+        let mut until_flush = FLUSH_BLOCKS;
+        for block in blocks(range.clone()) {
+            let mut roots = [[0.0; LANES]; BLOCK_CHUNKS];
+            for (k, chunk) in block.clone().step_by(LANES).enumerate() {
+                let weight = lanes(&facets.weight, chunk);
+                for l in 0..LANES {
+                    roots[k][l] = weight[l].sqrt();
+                }
+            }
+            for (d, &direction) in directions.iter().enumerate() {
+                views.see(d, facets, block.clone(), &roots, direction, lobe.side);
+            }
+            match (&facets.tint, lobe.shape, lobe.shape.is_narrow()) {
+                (Some(tint), shape, narrow) => add_tinted(facets, &block, views, pairs, (shape, narrow), tint, &mut acc),
+                // Matched here, outside the loops, so that each shape gets loops of its own.
+                (None, Shape::Constant, _) => add_runs(&Constant { views }, pairs, &mut acc),
+                (None, Shape::Ggx(a2), false) => add_runs(&Wide { views, shape: Shape::Ggx(a2) }, pairs, &mut acc),
+                (None, Shape::Beckmann(a), false) => add_runs(&Wide { views, shape: Shape::Beckmann(a) }, pairs, &mut acc),
+                (None, Shape::Ward(a), false) => add_runs(&Wide { views, shape: Shape::Ward(a) }, pairs, &mut acc),
+                (None, Shape::Power(e), false) => add_runs(&Wide { views, shape: Shape::Power(e) }, pairs, &mut acc),
+                (None, shape, true) => add_runs(&Narrow { views, shape, facets, start: block.start }, pairs, &mut acc),
+            }
+            until_flush -= 1;
+            if until_flush == 0 {
+                flush(&mut acc, channels, pairs, lobe, sums);
+                until_flush = FLUSH_BLOCKS;
+            }
         }
-        until_flush -= 1;
-        if until_flush == 0 {
-            flush(&mut acc, channels, pairs, lobe, sums);
-            until_flush = FLUSH_BLOCKS;
-        }
+        flush(&mut acc, channels, pairs, lobe, sums);
     }
-    flush(&mut acc, channels, pairs, lobe, sums);
 }
 
 /// Adds the sums in f32 to the sets, coloured, and clears them.
-fn flush(acc: &mut [Lanes], channels: usize, pairs: &[Local], lobe: &Lobe<'_>, sums: &mut [PairSums]) {
+fn flush(acc: &mut [Lanes], channels: usize, pairs: &[TaskPair], lobe: &Lobe<'_>, sums: &mut [PairSums]) {
     for ((acc, pair), sums) in acc.chunks_exact_mut(channels).zip(pairs).zip(sums) {
         let colour = lobe.colour_at(0.5 * (pair.wi + pair.wo).length());
         for (r, set) in sums.iter_mut().enumerate() {
@@ -262,7 +316,7 @@ fn flush(acc: &mut [Lanes], channels: usize, pairs: &[Local], lobe: &Lobe<'_>, s
     }
 }
 
-/// The chunks that both directions see.
+/// The chunks that two directions see.
 ///
 /// An iterator and not a function that takes a closure: a closure that is too large to be inlined would be compiled for the oldest
 /// processor, and the sums would take three times as long.
@@ -279,81 +333,155 @@ impl Iterator for CommonChunks {
     }
 }
 
+/// `sin²` and `cos²` of the half angles of `N` pairs of the same light from `n·h`.
 #[inline(always)]
-fn common_chunks(a: &View, b: &View) -> CommonChunks {
-    CommonChunks(a.chunks & b.chunks)
-}
-
-#[inline(always)]
-fn add_constant(views: &[View], pairs: &[Local], acc: &mut [Lanes]) {
-    for (pair, acc) in pairs.iter().zip(acc) {
-        let (i, o) = (&views[pair.i], &views[pair.o]);
-        let mut sum = *acc;
-        for k in common_chunks(i, o) {
-            for l in 0..LANES {
-                sum[l] += i.side[k][l] * o.side[k][l];
-            }
-        }
-        *acc = sum;
-    }
-}
-
-/// `sin²` and `cos²` of the half angle from `n·h`.
-#[inline(always)]
-fn half_angle_wide(i: &View, o: &View, k: usize, half: &Half) -> (Lanes, Lanes) {
-    let (mut sin2, mut cos2) = ([0.0; LANES], [0.0; LANES]);
+fn half_angles_wide<const N: usize>(i: &Lanes, o: &[&Lanes; N], half: &[Half; N]) -> ([Lanes; N], [Lanes; N]) {
+    let (mut sin2, mut cos2) = ([[0.0; LANES]; N], [[0.0; LANES]; N]);
     for l in 0..LANES {
-        let cos = (i.cosine[k][l] + o.cosine[k][l]) * half.inverse_length;
-        cos2[l] = (cos * cos).min(1.0);
-        sin2[l] = 1.0 - cos2[l];
+        for p in 0..N {
+            let cos = (i[l] + o[p][l]) * half[p].inverse_length;
+            cos2[p][l] = (cos * cos).min(1.0);
+            sin2[p][l] = 1.0 - cos2[p][l];
+        }
     }
     (sin2, cos2)
 }
 
-/// `sin²` and `cos²` of the half angle from `n - h`, which does not cancel.
+/// `sin²` and `cos²` of the half angles from `n - h`, which does not cancel.
 #[inline(always)]
-fn half_angle_narrow(facets: &Facets, chunk: usize, half: &Half) -> (Lanes, Lanes) {
-    let n = [0, 1, 2].map(|c| lanes(&facets.normal[c], chunk));
-    let (mut sin2, mut cos2) = ([0.0; LANES], [0.0; LANES]);
+fn half_angles_narrow<const N: usize>(facets: &Facets, chunk: usize, half: &[Half; N]) -> ([Lanes; N], [Lanes; N]) {
+    let n = [lanes(&facets.normal[0], chunk), lanes(&facets.normal[1], chunk), lanes(&facets.normal[2], chunk)];
+    let (mut sin2, mut cos2) = ([[0.0; LANES]; N], [[0.0; LANES]; N]);
     for l in 0..LANES {
-        let d = [n[0][l] - half.h[0], n[1][l] - half.h[1], n[2][l] - half.h[2]];
-        let d2 = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).min(2.0);
-        sin2[l] = d2 * (1.0 - 0.25 * d2);
-        cos2[l] = (1.0 - 0.5 * d2) * (1.0 - 0.5 * d2);
+        for p in 0..N {
+            let h = half[p].h;
+            let d = [n[0][l] - h[0], n[1][l] - h[1], n[2][l] - h[2]];
+            let d2 = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).min(2.0);
+            sin2[p][l] = d2 * (1.0 - 0.25 * d2);
+            cos2[p][l] = (1.0 - 0.5 * d2) * (1.0 - 0.5 * d2);
+        }
     }
     (sin2, cos2)
 }
 
-#[inline(always)]
-fn add_wide(views: &[View], pairs: &[Local], shape: Shape, acc: &mut [Lanes]) {
-    for (pair, acc) in pairs.iter().zip(acc) {
-        let (i, o) = (&views[pair.i], &views[pair.o]);
-        let mut sum = *acc;
-        for k in common_chunks(i, o) {
-            let (sin2, cos2) = half_angle_wide(i, o, k, &pair.half);
-            let value = shape.eval(&sin2, &cos2);
-            for l in 0..LANES {
-                sum[l] += i.side[k][l] * o.side[k][l] * value[l];
+/// How the sums of `N` pairs with the same light grow by a chunk of facets.
+///
+/// Pairs come by light, and neighbours see nearly the same: what the light sees is loaded once for two of them. Loops run over lanes outside and pairs inside: the other way round the compiler makes vectors of pairs.
+trait Summand {
+    /// What the directions see.
+    fn views(&self) -> &Views;
+    /// Adds the facets of chunk `k` of the block.
+    fn add<const N: usize>(&self, k: usize, i: View<'_>, o: &[View<'_>; N], half: &[Half; N], sums: &mut [Lanes; N]);
+}
+
+/// Sums of products of the sides.
+struct Constant<'a> {
+    views: &'a Views,
+}
+
+/// Sums under a shape, whose half angle comes from the cosines.
+struct Wide<'a> {
+    views: &'a Views,
+    shape: Shape,
+}
+
+/// Sums under a narrow shape.
+struct Narrow<'a> {
+    views: &'a Views,
+    shape: Shape,
+    facets: &'a Facets,
+    /// First facet of the block.
+    start: usize,
+}
+
+impl Summand for Constant<'_> {
+    #[inline(always)]
+    fn views(&self) -> &Views {
+        self.views
+    }
+
+    #[inline(always)]
+    fn add<const N: usize>(&self, k: usize, i: View<'_>, o: &[View<'_>; N], _: &[Half; N], sums: &mut [Lanes; N]) {
+        let side = &i.side[k];
+        for l in 0..LANES {
+            for p in 0..N {
+                sums[p][l] += side[l] * o[p].side[k][l];
             }
         }
-        *acc = sum;
+    }
+}
+
+impl Summand for Wide<'_> {
+    #[inline(always)]
+    fn views(&self) -> &Views {
+        self.views
+    }
+
+    #[inline(always)]
+    fn add<const N: usize>(&self, k: usize, i: View<'_>, o: &[View<'_>; N], half: &[Half; N], sums: &mut [Lanes; N]) {
+        let mut cosines = [&i.cosine[k]; N];
+        for p in 0..N {
+            cosines[p] = &o[p].cosine[k];
+        }
+        let (sin2, cos2) = half_angles_wide(&i.cosine[k], &cosines, half);
+        add_values(self.shape.eval(&sin2, &cos2), k, i, o, sums);
+    }
+}
+
+impl Summand for Narrow<'_> {
+    #[inline(always)]
+    fn views(&self) -> &Views {
+        self.views
+    }
+
+    #[inline(always)]
+    fn add<const N: usize>(&self, k: usize, i: View<'_>, o: &[View<'_>; N], half: &[Half; N], sums: &mut [Lanes; N]) {
+        let (sin2, cos2) = half_angles_narrow(self.facets, self.start + k * LANES, half);
+        add_values(self.shape.eval(&sin2, &cos2), k, i, o, sums);
     }
 }
 
 #[inline(always)]
-fn add_narrow(facets: &Facets, block: &Range<usize>, views: &[View], pairs: &[Local], shape: Shape, acc: &mut [Lanes]) {
-    for (pair, acc) in pairs.iter().zip(acc) {
-        let (i, o) = (&views[pair.i], &views[pair.o]);
-        let mut sum = *acc;
-        for k in common_chunks(i, o) {
-            let (sin2, cos2) = half_angle_narrow(facets, block.start + k * LANES, &pair.half);
-            let value = shape.eval(&sin2, &cos2);
-            for l in 0..LANES {
-                sum[l] += i.side[k][l] * o.side[k][l] * value[l];
-            }
+fn add_values<const N: usize>(values: [Lanes; N], k: usize, i: View<'_>, o: &[View<'_>; N], sums: &mut [Lanes; N]) {
+    for l in 0..LANES {
+        for p in 0..N {
+            sums[p][l] += i.side[k][l] * o[p].side[k][l] * values[p][l];
         }
-        *acc = sum;
     }
+}
+
+/// Adds a block of facets to the sums of all pairs, two of the same light at once where there are two (four were slower: too few registers).
+#[inline(always)]
+fn add_runs(summand: &impl Summand, pairs: &[TaskPair], acc: &mut [Lanes]) {
+    let mut at = 0;
+    while at < pairs.len() {
+        let rest = &pairs[at..];
+        if rest.len() > 1 && rest[1].i == rest[0].i {
+            add_run::<2>(summand, rest, &mut acc[at..]);
+            at += 2;
+        } else {
+            add_run::<1>(summand, rest, &mut acc[at..]);
+            at += 1;
+        }
+    }
+}
+
+#[inline(always)]
+fn add_run<const N: usize>(summand: &impl Summand, pairs: &[TaskPair], acc: &mut [Lanes]) {
+    let views = summand.views();
+    let i = views.of(pairs[0].i);
+    let (mut o, mut half, mut sums) = ([i; N], [pairs[0].half; N], [[0.0; LANES]; N]);
+    let mut chunks = 0;
+    for p in 0..N {
+        o[p] = views.of(pairs[p].o);
+        half[p] = pairs[p].half;
+        sums[p] = acc[p];
+        chunks |= o[p].chunks;
+    }
+    for k in CommonChunks(chunks & i.chunks) {
+        summand.add(k, i, &o, &half, &mut sums);
+    }
+    acc[..N].copy_from_slice(&sums);
 }
 
 /// The same with a tint for each facet: three sums a pair.
@@ -361,18 +489,22 @@ fn add_narrow(facets: &Facets, block: &Range<usize>, views: &[View], pairs: &[Lo
 fn add_tinted(
     facets: &Facets,
     block: &Range<usize>,
-    views: &[View],
-    pairs: &[Local],
+    views: &Views,
+    pairs: &[TaskPair],
     (shape, narrow): (Shape, bool),
     tint: &[Vec<f32>; 3],
     acc: &mut [Lanes],
 ) {
     for (pair, acc) in pairs.iter().zip(acc.chunks_exact_mut(3)) {
-        let (i, o) = (&views[pair.i], &views[pair.o]);
-        for k in common_chunks(i, o) {
+        let (i, o) = (views.of(pair.i), views.of(pair.o));
+        for k in CommonChunks(i.chunks & o.chunks) {
             let chunk = block.start + k * LANES;
-            let (sin2, cos2) = if narrow { half_angle_narrow(facets, chunk, &pair.half) } else { half_angle_wide(i, o, k, &pair.half) };
-            let value = shape.eval(&sin2, &cos2);
+            let (sin2, cos2) = if narrow {
+                half_angles_narrow(facets, chunk, &[pair.half])
+            } else {
+                half_angles_wide(&i.cosine[k], &[&o.cosine[k]], &[pair.half])
+            };
+            let [value] = shape.eval(&sin2, &cos2);
             for (sum, tint) in acc.iter_mut().zip(tint) {
                 let tint = lanes(tint, chunk);
                 for l in 0..LANES {
@@ -388,7 +520,7 @@ fn add_whole(
     facets: &Facets,
     range: Range<usize>,
     directions: &[(DVec3, &[u64])],
-    pairs: &[Local],
+    pairs: &[TaskPair],
     lobe: &Lobe<'_>,
     measured: &Measured,
     sums: &mut [PairSums],

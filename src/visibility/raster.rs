@@ -106,29 +106,29 @@ fn visible_in_lanes(surface: &Surface, facets: &Facets, direction: DVec3, scratc
     row.fill(0);
     let Scratch { facing, vertex, open, cell_of, cells, points } = scratch;
     facing.clear();
-    facing.extend(surface.normals.iter().map(|n| n.dot(direction) > 0.0));
+    for n in &surface.normals {
+        facing.push(n.x * direction.x + n.y * direction.y + n.z * direction.z > 0.0);
+    }
     let shear = DVec2::new(direction.x, direction.y) / direction.z;
-    let project = |p: DVec3| (DVec2::new(p.x, p.y) - p.z * shear) / surface.period;
+    let frequency = 1.0 / surface.period;
     vertex.clear();
-    vertex.extend(surface.vertices.iter().map(|&p| {
+    for &p in &surface.vertices {
         let p = p - surface.base;
-        let uv = project(p);
-        [uv.x as f32, uv.y as f32, p.z as f32]
-    }));
+        let uv = (DVec2::new(p.x, p.y) - p.z * shear) * frequency;
+        vertex.push([uv.x as f32, uv.y as f32, p.z as f32]);
+    }
     let bias = BIAS * direction.z;
     let own_bias = (OWN_BIAS * direction.z) as f32;
     open.clear();
-    open.reserve(facets.triangle.len());
-    open.extend(
-        (0..).zip(facets.triangle.iter().zip(&facets.position)).filter(|(_, (t, _))| **t != NO_TRIANGLE && facing[**t as usize]).map(
-            |(facet, (&triangle, &position))| {
-                let position = position - surface.base;
-                let uv = project(position);
-                let uv = uv - uv.floor();
-                Point { uv: [uv.x as f32, uv.y as f32], z: (position.z + bias) as f32, triangle, facet }
-            },
-        ),
-    );
+    // A loop, and no iterator with a closure, which would be compiled for the oldest processor.
+    for (facet, (&triangle, &position)) in (0..).zip(facets.triangle.iter().zip(&facets.position)) {
+        if triangle != NO_TRIANGLE && facing[triangle as usize] {
+            let position = position - surface.base;
+            let uv = (DVec2::new(position.x, position.y) - position.z * shear) * frequency;
+            let uv = [uv.x - uv.x.floor(), uv.y - uv.y.floor()];
+            open.push(Point { uv: uv.map(|x| x as f32), z: (position.z + bias) as f32, triangle, facet });
+        }
+    }
     let stretch = (DVec2::ONE + shear.abs() * surface.height) / surface.period;
     let grid = points.sort(open, stretch, cell_of, cells);
     let triangles = surface.triangles.len();

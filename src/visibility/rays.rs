@@ -48,7 +48,7 @@ const IN_PLANE: f64 = 1e-11;
 const IN_NAMED_PLANE: f64 = 1e-6;
 
 /// obvhs keeps at most 31 pending groups and silently drops more; a level of the hierarchy leaves at most one.
-const MAX_DEPTH: usize = 31;
+pub(crate) const MAX_DEPTH: usize = 31;
 
 /// What a ray from a point of the surface found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -484,7 +484,7 @@ fn wrap(x: f64) -> f64 {
 }
 
 /// Levels of the hierarchy.
-fn depth(bvh: &CwBvh) -> usize {
+pub(crate) fn depth(bvh: &CwBvh) -> usize {
     let mut level: Vec<usize> = if bvh.nodes.is_empty() { Vec::new() } else { vec![0] };
     let mut levels = 0;
     while !level.is_empty() {

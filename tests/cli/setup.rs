@@ -34,7 +34,14 @@ fn setup(made_up: &[(&str, &str)]) -> (Option<i32>, String) {
 fn a_missing_compiler_is_installed_and_said() {
     let (status, said) = setup(&[("apt-get", "echo apt-get $* >&2"), ("sudo", "exec \"$@\"")]);
     assert_eq!(status, Some(1), "the made-up apt-get installs nothing: {said}");
-    for word in ["no working C compiler", "installing with apt-get: gcc", "apt-get update", "apt-get install", "-y", "cannot link"] {
+    for word in [
+        "no working C and C++ compiler",
+        "installing with apt-get: gcc g++",
+        "apt-get update",
+        "apt-get install",
+        "-y",
+        "still cannot link",
+    ] {
         assert!(said.contains(word), "no {word:?} in:\n{said}");
     }
 }
@@ -48,13 +55,13 @@ fn without_apt_get_the_packages_are_named() {
 
 #[test]
 fn a_missing_or_old_toolchain_is_reported_with_the_way_to_get_one() {
-    let compiler = ("cc", "exit 0");
+    let (compiler, other) = (("cc", "exit 0"), ("c++", "exit 0"));
     for (tools, word) in [
-        (vec![compiler], "there is no cargo"),
-        (vec![compiler, ("cargo", "echo cargo 1.85.0")], "cargo is 1.85.0 and 1.95 is needed"),
-        (vec![compiler, ("cargo", "echo cargo 0.99.0")], "cargo is 0.99.0 and 1.95 is needed"),
-        (vec![compiler, ("cargo", "echo error >&2; exit 1")], "cargo does not run"),
-        (vec![compiler, ("cargo", "echo cargo 2.0.0"), ("rustc", "echo rustc 1.94.1")], "rustc is 1.94.1 and 1.95 is needed"),
+        (vec![compiler, other], "there is no cargo"),
+        (vec![compiler, other, ("cargo", "echo cargo 1.85.0")], "cargo is 1.85.0 and 1.95 is needed"),
+        (vec![compiler, other, ("cargo", "echo cargo 0.99.0")], "cargo is 0.99.0 and 1.95 is needed"),
+        (vec![compiler, other, ("cargo", "echo error >&2; exit 1")], "cargo does not run"),
+        (vec![compiler, other, ("cargo", "echo cargo 2.0.0"), ("rustc", "echo rustc 1.94.1")], "rustc is 1.94.1 and 1.95 is needed"),
     ] {
         let (status, said) = setup(&tools);
         assert_eq!(status, Some(1), "{said}");
@@ -66,6 +73,7 @@ fn a_missing_or_old_toolchain_is_reported_with_the_way_to_get_one() {
 fn a_machine_that_has_everything_is_left_alone() {
     let (status, said) = setup(&[
         ("cc", "exit 0"),
+        ("c++", "exit 0"),
         ("cargo", "case $1 in --version) echo cargo 1.95.0;; fetch) exit 0;; esac"),
         ("rustc", "case $1 in --version) echo rustc 1.100.0-nightly;; *) echo host: some-host;; esac"),
     ]);

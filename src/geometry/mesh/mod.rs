@@ -56,10 +56,7 @@ impl Mesh {
     }
 
     pub(super) fn build(&self) -> Result<Tile> {
-        let bytes = std::fs::read(&self.file).map_err(|e| Error::reading(&self.file, e))?;
-        let soup = parse(&self.file, &bytes).map_err(|bad| bad.in_file(&self.file))?;
-        let tile = soup.into_tile(self.period, self.scale).map_err(|bad| bad.in_file(&self.file))?;
-        Ok(tile)
+        load(&self.file, self.period, self.scale)
     }
 }
 
@@ -86,6 +83,14 @@ pub fn read_plain(file: &Path) -> Result<PlainMesh> {
     let bytes = std::fs::read(file).map_err(|e| Error::reading(file, e))?;
     let Soup { vertices, triangles, part_of_triangle, parts, notes, .. } = parse(file, &bytes).map_err(|bad| bad.in_file(file))?;
     Ok(PlainMesh { vertices, triangles, part_of_triangle, parts, notes })
+}
+
+/// Reads a mesh as a tile of this period, in the file's lengths, and scales it.
+pub(crate) fn load(file: &Path, period: DVec2, scale: f64) -> Result<Tile> {
+    let bytes = std::fs::read(file).map_err(|e| Error::reading(file, e))?;
+    let soup = parse(file, &bytes).map_err(|bad| bad.in_file(file))?;
+    let tile = soup.into_tile(period, scale).map_err(|bad| bad.in_file(file))?;
+    Ok(tile)
 }
 
 /// Reads a mesh by the ending of its file's name.

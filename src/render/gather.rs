@@ -1,0 +1,190 @@
+//! What a picture needs to know of the large scale: for each sample of each pixel the places that are seen, with the directions
+//! to the viewer and to each light that reaches them, in the tile's frame. Nothing here depends on how the materials reflect.
+
+use super::scene::{Light, Scene};
+use super::world::{MAX_LAYERS, NOTHING, World};
+use crate::direction::MIN_COSINE;
+use crate::error::Result;
+use crate::filter::Control;
+use crate::low_discrepancy::{fraction, hash, sobol_2d};
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// A place that is seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// Place of its pixel in the picture, row by row from the top.
+    pub pixel: u32,
+    /// Its material.
+    pub material: u32,
+    /// Direction to the viewer in the tile's frame.
+    pub wo: Vec3,
+    /// Share of the pixel's radiance that is this place's.
+    pub weight: f32,
+    /// End of its lights in [`View::lit`]; they begin where the point before ends.
+    pub end: u32,
+}
+
+/// A light that reaches a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lit {
+    /// Direction to the light in the tile's frame.
+    pub wi: Vec3,
+    /// Factor of the light's colour: what gets through, over the squared distance for a point light.
+    pub scale: f32,
+    /// Place of the light.
+    pub light: u16,
+}
+
+/// Some rows of a picture.
+#[derive(Clone, Debug, Default)]
+pub struct View {
+    /// The rows.
+    pub rows: Range<u32>,
+    /// What is seen, pixel by pixel.
+    pub points: Vec<Point>,
+    /// Their lights, point by point.
+    pub lit: Vec<Lit>,
+    /// For each pixel the radiance of what lies behind all objects.
+    pub behind: Vec<[f32; 3]>,
+    /// For each pixel the share that objects cover.
+    pub alpha: Vec<f32>,
+}
+
+/// The lights of a scene; `seed` is that of the environment's sampling.
+pub fn lights(scene: &Scene, seed: u64) -> Vec<Light> {
+    let surroundings = scene.environment.iter().flat_map(|e| e.map.lights(e.lights, seed));
+    let distant = surroundings.map(|(to_light, irradiance)| Light::Directional { to_light, irradiance });
+    scene.lights.iter().copied().chain(distant).collect()
+}
+
+/// Gathers some rows. Each row is the work of one thread; the result does not depend on which.
+///
+/// # Errors
+/// `Interrupted`.
+pub fn gather(world: &World<'_>, lights: &[Light], rows: Range<u32>, seed: u64, control: &Control<'_>) -> Result<View> {
+    let done = std::sync::atomic::AtomicU32::new(0);
+    let total = rows.len().max(1) as f64;
+    let parts: Vec<View> = rows
+        .clone()
+        .into_par_iter()
+        .map(|row| {
+            if control.check().is_err() {
+                return View::default();
+            }
+            let view = gather_row(world, lights, row, seed);
+            let done = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
+            (control.progress)("large scale", f64::from(done) / total);
+            view
+        })
+        .collect();
+    control.check()?;
+    let mut view = View { rows, ..View::default() };
+    view.points.reserve_exact(parts.iter().map(|p| p.points.len()).sum());
+    view.lit.reserve_exact(parts.iter().map(|p| p.lit.len()).sum());
+    for part in parts {
+        let before = count(view.lit.len());
+        view.points.extend(part.points.into_iter().map(|p| Point { end: p.end + before, ..p }));
+        view.lit.extend(part.lit);
+        view.behind.extend(part.behind);
+        view.alpha.extend(part.alpha);
+    }
+    Ok(view)
+}
+
+fn count(length: usize) -> u32 {
+    u32::try_from(length).expect("a band is cut so that its lights can be counted")
+}
+
+fn gather_row(world: &World<'_>, lights: &[Light], row: u32, seed: u64) -> View {
+    let camera = &world.scene.camera;
+    #[expect(clippy::cast_possible_truncation, reason = "both halves of the seed are used")]
+    let seed = hash(hash(seed as u32) ^ (seed >> 32) as u32);
+    let mut view = View { rows: row..row + 1, ..View::default() };
+    for column in 0..camera.width {
+        let pixel = row * camera.width + column;
+        // One sample looks through the middle.
+        let shift = |index: u32| if camera.samples == 1 { [0.5; 2] } else { sobol_2d(index, hash(seed ^ hash(pixel))).map(fraction) };
+        let (mut behind, mut alpha) = ([0.0; 3], 0.0);
+        for index in 0..camera.samples {
+            let [x, y] = shift(index);
+            let direction = camera.direction(f64::from(column) + x, f64::from(row) + y);
+            let weight = 1.0 / f64::from(camera.samples);
+            let through = view.look(world, lights, pixel, direction, weight);
+            alpha += weight - through;
+            let beyond = match &world.scene.environment {
+                Some(e) if e.visible => e.map.radiance(direction),
+                _ => world.scene.background,
+            };
+            for c in 0..3 {
+                behind[c] += through * beyond[c];
+            }
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "pictures are in f32")]
+        {
+            view.behind.push(behind.map(|v| v as f32));
+            view.alpha.push(alpha as f32);
+        }
+    }
+    view
+}
+
+impl View {
+    /// Adds what a camera ray sees; returns the share of `weight` that passes all objects.
+    fn look(&mut self, world: &World<'_>, lights: &[Light], pixel: u32, direction: DVec3, weight: f64) -> f64 {
+        let origin = world.scene.camera.origin;
+        let (mut after, mut left) = (0.0, weight);
+        for _ in 0..MAX_LAYERS {
+            let Some(place) = world.first(origin, direction, after) else { return left };
+            after = place.hit.distance;
+            let object = &world.scene.objects[place.object];
+            let material = object.material(&place.hit);
+            let to_tile = place.frame.transpose();
+            let wo = (to_tile * -direction).normalize();
+            let wo = DVec3::new(wo.x, wo.y, wo.z.max(MIN_COSINE)).normalize();
+            if place.front || object.two_sided {
+                for (index, light) in lights.iter().enumerate() {
+                    let (to_light, distance, falloff) = match light {
+                        Light::Directional { to_light, .. } => (*to_light, f64::INFINITY, 1.0),
+                        Light::Point { position, .. } => {
+                            let away = *position - place.position;
+                            let distance = away.length();
+                            (away / distance.max(f64::MIN_POSITIVE), distance, (distance * distance).max(f64::MIN_POSITIVE).recip())
+                        }
+                    };
+                    let wi = to_tile * to_light;
+                    // `facing` may have turned the frame, so that the sum of the squares is 1 up to rounding only.
+                    if wi.z <= 0.0 {
+                        continue;
+                    }
+                    let share = world.transmittance(&place, to_light, distance);
+                    if share > 0.0 {
+                        #[expect(clippy::cast_possible_truncation, reason = "kept in f32")]
+                        let scale = (share * falloff).min(f64::from(f32::MAX)) as f32;
+                        let light = u16::try_from(index).expect("lights are limited");
+                        self.lit.push(Lit { wi: wi.as_vec3(), scale, light });
+                    }
+                }
+                let material = u32::try_from(material).expect("as many materials as objects and parts");
+                self.points.push(Point { pixel, material, wo: wo.as_vec3(), weight: left as f32, end: count(self.lit.len()) });
+            }
+            left *= 1.0 - world.coverage[material].share(wo);
+            if left < NOTHING * weight {
+                return 0.0;
+            }
+        }
+        // What lies behind so many layers is dark.
+        0.0
+    }
+
+    /// Points with their lights.
+    pub fn lit_points(&self) -> impl Iterator<Item = (&Point, Range<usize>)> {
+        let mut start = 0;
+        self.points.iter().map(move |point| {
+            let range = start..point.end as usize;
+            start = range.end;
+            (point, range)
+        })
+    }
+}

@@ -1,0 +1,164 @@
+//! Rays among the objects of a scene: what is seen, and how much light gets through.
+
+use super::coverage::Coverage;
+use super::scene::{Object, Scene, Shape};
+use super::shapes::Hit;
+use crate::error::Result;
+use crate::filter::Control;
+use glam::{DMat3, DVec3};
+
+/// Distance, relative to the coordinates at hand, that separates a place from itself.
+const SAME_PLACE: f64 = 1e-9;
+/// Least cosine between the smooth normal of a mesh and the viewer: normals that are interpolated may turn away from whoever
+/// sees the triangle.
+const LEAST_FACING: f64 = 0.02;
+/// Most surfaces with gaps that are looked through.
+pub const MAX_LAYERS: usize = 32;
+/// A share of light this small counts as none.
+pub const NOTHING: f64 = 1e-4;
+
+/// A scene with what rays need beside it.
+pub struct World<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// For each material how much of it rays meet.
+    pub coverage: Vec<Coverage>,
+    /// For each object whether no light gets through any part.
+    opaque: Vec<bool>,
+}
+
+/// A place where a ray meets an object.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// Which object.
+    pub object: usize,
+    /// Where on it.
+    pub hit: Hit,
+    /// Where in the world.
+    pub position: DVec3,
+    /// Frame of the tile there: columns x, y, z; z points outward.
+    pub frame: DMat3,
+    /// Whether the outer side is seen.
+    pub front: bool,
+}
+
+impl Object {
+    fn intersect(&self, origin: DVec3, direction: DVec3, range: [f64; 2], skip: Option<u32>) -> Option<Hit> {
+        match &self.shape {
+            Shape::Sphere(sphere) => sphere.intersect(origin, direction, range),
+            Shape::Cylinder(cylinder) => cylinder.intersect(origin, direction, range),
+            Shape::Plane(plane) => plane.intersect(origin, direction, range).filter(|_| skip.is_none()),
+            Shape::Mesh(mesh) => mesh.intersect(origin, direction, range, skip),
+        }
+    }
+
+    fn blocks(&self, origin: DVec3, direction: DVec3, range: [f64; 2], skip: Option<u32>) -> bool {
+        match &self.shape {
+            Shape::Mesh(mesh) => mesh.blocks(origin, direction, range, skip),
+            _ => self.intersect(origin, direction, range, skip).is_some(),
+        }
+    }
+
+    /// The frame at a hit, before `turn`.
+    fn frame(&self, hit: &Hit, position: DVec3) -> DMat3 {
+        match &self.shape {
+            Shape::Sphere(sphere) => sphere.frame(position),
+            Shape::Cylinder(cylinder) => cylinder.frame(position),
+            Shape::Plane(plane) => plane.frame,
+            Shape::Mesh(mesh) => mesh.frame(hit),
+        }
+    }
+
+    /// Material at a hit.
+    pub fn material(&self, hit: &Hit) -> usize {
+        let part = match &self.shape {
+            Shape::Mesh(mesh) => usize::from(mesh.part_of_triangle[hit.primitive as usize]),
+            _ => 0,
+        };
+        self.materials[part]
+    }
+}
+
+/// The frame whose z is turned towards the unit vector `viewer` until their cosine is at least [`LEAST_FACING`].
+fn facing(frame: DMat3, viewer: DVec3) -> DMat3 {
+    let cosine = frame.z_axis.dot(viewer);
+    if cosine >= LEAST_FACING {
+        return frame;
+    }
+    let across = (frame.z_axis - cosine * viewer).normalize_or(super::shapes::any_across(viewer));
+    let z = LEAST_FACING * viewer + (1.0 - LEAST_FACING * LEAST_FACING).sqrt() * across;
+    let x = (frame.x_axis - frame.x_axis.dot(z) * z).normalize_or(super::shapes::any_across(z));
+    DMat3::from_cols(x, z.cross(x), z)
+}
+
+impl<'a> World<'a> {
+    /// Finds out which materials have gaps.
+    ///
+    /// # Errors
+    /// Those of [`Coverage::of`].
+    pub fn new(scene: &'a Scene, control: &Control<'_>) -> Result<Self> {
+        let coverage = scene.materials.iter().map(|m| Coverage::of(&m.small.tile, control)).collect::<Result<Vec<_>>>()?;
+        let opaque = scene.objects.iter().map(|o| o.materials.iter().all(|&m| coverage[m].is_opaque())).collect();
+        Ok(Self { scene, coverage, opaque })
+    }
+
+    /// The first place on a ray beyond the distance `after`.
+    pub fn first(&self, origin: DVec3, direction: DVec3, after: f64) -> Option<Place> {
+        let mut best: Option<(usize, Hit)> = None;
+        let after = after + SAME_PLACE * (1.0 + after);
+        for (index, object) in self.scene.objects.iter().enumerate() {
+            let limit = best.map_or(f64::INFINITY, |(_, hit)| hit.distance);
+            if let Some(hit) = object.intersect(origin, direction, [after, limit], None) {
+                best = Some((index, hit));
+            }
+        }
+        let (index, hit) = best?;
+        let object = &self.scene.objects[index];
+        let position = origin + hit.distance * direction;
+        let frame = object.frame(&hit, position);
+        let outward = match &object.shape {
+            Shape::Mesh(mesh) => mesh.face_normal(hit.primitive),
+            _ => frame.z_axis,
+        };
+        let front = outward.dot(direction) < 0.0;
+        // Seen from behind, the tile is turned round about its y.
+        let seen = if front { frame } else { DMat3::from_cols(-frame.x_axis, frame.y_axis, -frame.z_axis) };
+        let (sin, cos) = object.turn.sin_cos();
+        let turned = DMat3::from_cols(cos * seen.x_axis + sin * seen.y_axis, cos * seen.y_axis - sin * seen.x_axis, seen.z_axis);
+        Some(Place { object: index, hit, position, frame: facing(turned, -direction), front })
+    }
+
+    /// The share of light that reaches a place from the unit direction `to_light`, over `distance`.
+    pub fn transmittance(&self, place: &Place, to_light: DVec3, distance: f64) -> f64 {
+        let start = match &self.scene.objects[place.object].shape {
+            // The lifted origin lies over the outer side only.
+            Shape::Mesh(mesh) if place.front => mesh.shadow_origin(&place.hit, place.position),
+            _ => place.position,
+        };
+        let range = [SAME_PLACE * (1.0 + start.abs().max_element()), distance];
+        let skip = |object: usize| (object == place.object).then_some(place.hit.primitive);
+        let objects = || self.scene.objects.iter().enumerate();
+        if objects().any(|(i, o)| self.opaque[i] && o.blocks(start, to_light, range, skip(i))) {
+            return 0.0;
+        }
+        let mut share = 1.0;
+        for (index, object) in objects().filter(|(i, _)| !self.opaque[*i]) {
+            let (mut range, mut skip) = (range, skip(index));
+            for _ in 0..MAX_LAYERS {
+                let Some(hit) = object.intersect(start, to_light, range, skip) else { break };
+                let position = start + hit.distance * to_light;
+                let frame = object.frame(&hit, position);
+                let (sin, cos) = object.turn.sin_cos();
+                let (x, y) = (to_light.dot(frame.x_axis), to_light.dot(frame.y_axis));
+                let local = DVec3::new(cos * x + sin * y, cos * y - sin * x, to_light.dot(frame.z_axis));
+                share *= 1.0 - self.coverage[object.material(&hit)].share(local.normalize());
+                range[0] = hit.distance + SAME_PLACE * (1.0 + hit.distance);
+                skip = None;
+                if share < NOTHING {
+                    return 0.0;
+                }
+            }
+        }
+        share
+    }
+}

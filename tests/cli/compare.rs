@@ -1,0 +1,63 @@
+//! `biscale compare` through the binary.
+
+#![allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic")]
+
+#[allow(dead_code, reason = "shared by several test programs; each uses its part")]
+mod support;
+
+use serde_json::Value;
+use support::{Folder, project};
+
+/// A PNG of the samples, 128 x 128, grey.
+fn with_images() -> Folder {
+    let folder = Folder::new();
+    folder.write("a.png", std::fs::read(project("samples/figures/waves.png")).unwrap());
+    folder.write("b.png", std::fs::read(project("samples/figures/cells.png")).unwrap());
+    folder
+}
+
+fn summary(folder: &Folder, arguments: &[&str]) -> Value {
+    let said = folder.run(["compare", "--json"].iter().chain(arguments));
+    assert_eq!(said.status, 0, "{}", said.stderr);
+    serde_json::from_str::<Value>(&said.stdout).unwrap()["summary"].clone()
+}
+
+#[test]
+fn an_image_equals_itself() {
+    let s = summary(&with_images(), &["a.png", "a.png"]);
+    assert_eq!((&s["psnr_db"], &s["relative_rms"], &s["flip_mean"]), (&Value::Null, &0.0.into(), &0.0.into()), "{s}");
+}
+
+#[test]
+fn different_images_differ_and_their_panels_are_written() {
+    let folder = with_images();
+    let s = summary(&folder, &["a.png", "b.png", "-o", "panels.png"]);
+    let number = |key: &str| s[key].as_f64().unwrap();
+    assert!((3.0..20.0).contains(&number("psnr_db")) && number("relative_rms") > 0.1, "{s}");
+    assert!((0.1..1.0).contains(&number("flip_mean")) && number("flip_largest") <= 1.0, "{s}");
+    let bytes = std::fs::read(folder.path("panels.png")).unwrap();
+    // Width and height of a PNG stand at byte 16: three images of 128 and two gaps of 4.
+    assert_eq!(bytes[16..24], [0, 0, 1, 136, 0, 0, 0, 128]);
+    // Its own panels the command replaces.
+    summary(&folder, &["a.png", "b.png", "-o", "panels.png"]);
+    folder.write("panels.png", "mine");
+    assert_eq!(folder.run(["compare", "a.png", "b.png", "-o", "panels.png"]).status, 2);
+}
+
+#[test]
+fn what_cannot_be_compared_is_refused() {
+    let folder = with_images();
+    folder.write("small.png", std::fs::read(project("docs/gallery/towel-view.png")).unwrap());
+    for (arguments, words) in [
+        (&["a.png", "small.png"][..], &["small.png", "128 x 128", "same size"][..]),
+        (&["a.png", "no.png"], &["no.png", "no such file"]),
+        (&["a.png", "m.toml"], &["m.toml", "toml"]),
+        (&["a.png", "b.png", "-o", "panels.jpg"], &["panels.jpg", ".png"]),
+        (&["a.png", "b.png", "-o", "a.png"], &["a.png"]),
+        (&["a.png", "b.png", "--factor", "0"], &["--factor"]),
+    ] {
+        let said = folder.run(["compare"].iter().chain(arguments));
+        assert_eq!(said.status, 2, "{arguments:?}: {}", said.stderr);
+        assert!(words.iter().all(|w| said.stderr.contains(w)), "{arguments:?}: {}", said.stderr);
+    }
+}

@@ -1,0 +1,221 @@
+//! `biscale render` through the binary: bad scenes, what it writes and replaces, the same bits, Ctrl-C.
+
+#![allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic")]
+
+#[allow(dead_code, reason = "shared by several test programs; each uses its part")]
+mod support;
+
+use serde_json::Value;
+use std::process::Stdio;
+use support::{Folder, Said, project};
+
+/// A scene that is right, for the material `m.toml` of [`Folder`].
+const SCENE: &str = "format = 1
+name = \"ball\"
+[camera]
+origin = [0.0, -6.0, 1.0]
+target = [0.0, 0.0, 0.0]
+up = [0.0, 0.0, 1.0]
+fov_deg = 24.0
+width = 16
+height = 12
+samples = 2
+[[light]]
+type = \"directional\"
+to_light = [-0.5, -1.0, 1.0]
+irradiance_rgb = [3.0, 2.0, 1.0]
+[[object]]
+kind = \"sphere\"
+material = \"m.toml\"
+center = [0.0, 0.0, 0.0]
+radius = 1.0
+";
+
+const RENDER: [&str; 4] = ["render", "scene.toml", "-o", "out.png"];
+
+fn folder() -> Folder {
+    let folder = Folder::new();
+    folder.write("scene.toml", SCENE);
+    folder
+}
+
+fn done(said: &Said) {
+    assert_eq!(said.status, 0, "{}", said.stderr);
+}
+
+#[test]
+fn bad_scenes_are_refused_with_file_line_and_field() {
+    // What is wrong, the piece of the good scene, what stands there instead, and what the message must say.
+    let cases: [(&str, &str, &str, &[&str]); 31] = [
+        ("no camera", "[camera]", "[camara]", &["scene.toml", "no [camera]"]),
+        ("a material that is missing", "m.toml", "n.toml", &["scene.toml:17", "object[0].material", "no file \"n.toml\""]),
+        ("no material", "material = \"m.toml\"\n", "", &["scene.toml", "object[0]", "lacks the required key `material`"]),
+        ("the camera inside of the ball", "-6.0, 1.0", "-0.5, 0.0", &["scene.toml:3", "camera.origin", "inside of object[0] (sphere)"]),
+        ("a ball without size", "radius = 1.0", "radius = 0.0", &["scene.toml:19", "object[0].radius", "0.0 is out of range"]),
+        ("a ball inside out", "radius = 1.0", "radius = -1.0", &["object[0].radius", "-1.0"]),
+        ("a radius that is no number", "radius = 1.0", "radius = nan", &["object[0].radius", "nan is out of range"]),
+        ("a place at infinity", "center = [0.0, 0.0, 0.0]", "center = [inf, 0, 0]", &["object[0].center", "inf"]),
+        ("a place of two numbers", "center = [0.0, 0.0, 0.0]", "center = [0, 0]", &["object[0].center", "2 elements"]),
+        ("a huge picture", "width = 16", "width = 100000", &["scene.toml:8", "camera.width", "100000", "8192"]),
+        ("too many pixels", "width = 16\nheight = 12", "width = 8192\nheight = 8192", &["camera.width", "8192 x 8192 pixels"]),
+        ("a picture without pixels", "height = 12", "height = 0", &["camera.height", "0"]),
+        ("half a pixel", "height = 12", "height = 12.5", &["camera.height", "whole number"]),
+        ("a picture without samples", "samples = 2", "samples = 0", &["camera.samples", "0"]),
+        ("a view of 180 degrees", "fov_deg = 24.0", "fov_deg = 180", &["camera.fov_deg", "180"]),
+        ("a camera that looks at itself", "target = [0.0, 0.0, 0.0]", "target = [0.0, -6.0, 1.0]", &["camera.target", "where it stands"]),
+        ("a camera that looks along up", "up = [0.0, 0.0, 1.0]", "up = [0.0, -6.0, 1.0]", &["camera.up", "along its own up"]),
+        ("no light", "[[light]]", "[[lamp]]", &["there is no light"]),
+        ("a light from nowhere", "[-0.5, -1.0, 1.0]", "[0, 0, 0]", &["light[0].to_light", "no length"]),
+        ("a light that darkens", "[3.0, 2.0, 1.0]", "[3.0, -2.0, 1.0]", &["light[0].irradiance_rgb", "-2.0"]),
+        ("an unknown light", "\"directional\"", "\"direct\"", &["light[0].type", "\"direct\" is not known", "directional"]),
+        ("a kind that is not built", "\"sphere\"", "\"torus\"", &["object[0].kind", "\"torus\"", "sphere"]),
+        ("a misspelt key", "radius = 1.0", "radius = 1.0\nturn = 90", &["unknown key `turn`", "turn_deg"]),
+        ("a misspelt camera key", "fov_deg", "fov", &["camera", "fov_deg"]),
+        ("no object", "[[object]]", "[[objekt]]", &["there is no [[object]]"]),
+        ("another format", "format = 1", "format = 2", &["scene.toml:1", "format 2 is not known"]),
+        ("no TOML", "name = \"ball\"", "name = ball", &["scene.toml:2", "not valid TOML"]),
+        ("a mesh that is missing", "kind = \"sphere\"", "kind = \"mesh\"\nfile = \"no.obj\"", &["object[0].file", "no file \"no.obj\""]),
+        ("an environment that is missing", "[[light]]", "[environment]\nfile = \"no.hdr\"\n[[light]]", &["environment.file", "no.hdr"]),
+        ("an environment of another kind", "[[light]]", "[environment]\nfile = \"m.toml\"\n[[light]]", &["m.toml", ".hdr or .exr"]),
+        ("a plane along its x", "kind = \"sphere\"", "kind = \"plane\"\nsize = [1, 1]\nx_axis = [0, 0, 1]", &["x_axis", "parallel"]),
+    ];
+    for (what, good, bad, words) in cases {
+        let folder = folder();
+        assert!(SCENE.contains(good), "{what}: the good scene has no {good:?}");
+        folder.write("scene.toml", SCENE.replacen(good, bad, 1));
+        let before = folder.snapshot();
+        for arguments in [&RENDER[..], &["check", "scene.toml"]] {
+            let said = folder.run(arguments);
+            assert_eq!(said.status, 2, "{what}: {}", said.stderr);
+            for word in words {
+                assert!(said.stderr.contains(word), "{what}: no {word:?} in {}", said.stderr);
+            }
+            assert!(said.stderr.starts_with("error: ") && said.stderr.lines().count() == 1, "{what}: {}", said.stderr);
+            assert!(said.stdout.is_empty() && folder.snapshot() == before, "{what}: something was written");
+        }
+    }
+}
+
+#[test]
+fn bad_arguments_are_refused_before_the_work() {
+    let folder = folder();
+    let before = folder.snapshot();
+    for (arguments, status, words) in [
+        (&["render", "scene.toml"][..], 2, &["--output"][..]),
+        (&["render", "scene.toml", "-o", "out.jpg"], 2, &["out.jpg", ".exr or .png"]),
+        (&["render", "scene.toml", "-o", "out"], 2, &["no ending"]),
+        (&["render", "scene.toml", "-o", "no/out.png"], 2, &["no folder"]),
+        (&["render", "no.toml", "-o", "out.png"], 2, &["no.toml", "no such file"]),
+        (&["render", "m.toml", "-o", "out.png"], 2, &["m.toml", "no [camera]"]),
+        (&["render", "scene.toml", "-o", "out.png", "--exposure", "bright"], 2, &["--exposure", "stops"]),
+        (&["render", "scene.toml", "-o", "out.png", "--material", "n.toml"], 2, &["n.toml", "no such file"]),
+        (&["render", "scene.toml", "-o", "out.png", "--budget", "1s"], 1, &["budget", "not supported"]),
+        (&["render", "scene.toml", "-o", "out.png", "--plan", "direct:2048x1"], 1, &["plan", "not supported"]),
+        (&["render", "scene.toml", "-o", "out.png", "--method", "sg"], 1, &["not supported"]),
+    ] {
+        let said = folder.run(arguments);
+        assert_eq!(said.status, status, "{arguments:?}: {}", said.stderr);
+        for word in words {
+            assert!(said.stderr.contains(word), "{arguments:?}: no {word:?} in {}", said.stderr);
+        }
+        assert!(folder.snapshot() == before, "{arguments:?}: something was written");
+    }
+}
+
+#[test]
+fn a_picture_is_written_in_both_formats_and_says_how_it_was_made() {
+    let folder = folder();
+    let said = folder.run(["render", "scene.toml", "-o", "out.png", "-o", "out.exr", "--alpha", "--json"]);
+    done(&said);
+    let object: Value = serde_json::from_str(&said.stdout).unwrap();
+    let material = &object["summary"]["materials"][0];
+    assert_eq!((&object["summary"]["width"], &material["method"]), (&16.into(), &"direct".into()));
+    assert!(material["relative_rms_error"].as_f64().unwrap() <= 0.005, "{material}");
+    assert!(material["pairs"].as_f64() < material["full_table_pairs"].as_f64(), "{material}");
+    for file in ["out.png", "out.exr"] {
+        let bytes = std::fs::read(folder.path(file)).unwrap();
+        for word in ["biscale render", "relative RMS error"] {
+            assert!(bytes.windows(word.len()).any(|w| w == word.as_bytes()), "{file} does not say {word:?}");
+        }
+    }
+    // What the command made it replaces; anything else it does not.
+    done(&folder.run(RENDER));
+    folder.write("out.png", "a picture of mine");
+    assert_eq!(folder.run(RENDER).status, 2);
+    assert_eq!(folder.read("out.png"), "a picture of mine");
+    done(&folder.run(RENDER.iter().chain(&["--force"])));
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bytes() {
+    let folder = folder();
+    for (threads, file) in [("1", "one.exr"), ("2", "two.exr"), ("5", "five.exr")] {
+        done(&folder.run(["render", "scene.toml", "-o", file, "--threads", threads]));
+    }
+    let bytes = |file: &str| std::fs::read(folder.path(file)).unwrap();
+    assert!(bytes("one.exr") == bytes("two.exr") && bytes("one.exr") == bytes("five.exr"));
+}
+
+#[test]
+fn another_material_takes_the_place_of_the_first() {
+    let folder = folder();
+    folder.write("bright.toml", folder.read("m.toml").replace("0.5", "1.0"));
+    done(&folder.run(["render", "scene.toml", "-o", "a.exr"]));
+    done(&folder.run(["render", "scene.toml", "-o", "b.exr", "--material", "bright.toml"]));
+    let said = folder.run(["compare", "b.exr", "a.exr", "--json"]);
+    done(&said);
+    let object: Value = serde_json::from_str(&said.stdout).unwrap();
+    assert!((object["summary"]["relative_rms"].as_f64().unwrap() - 0.5).abs() < 1e-3, "{object}");
+}
+
+#[test]
+fn check_and_new_know_scenes() {
+    let folder = folder();
+    let said = folder.run(["check", "scene.toml", "m.toml"]);
+    done(&said);
+    for word in ["scene.toml: ok", "16 x 12 pixels of 2 samples", "1 directional", "object[0] (sphere)", "plane (m.toml)", "m.toml: ok"] {
+        assert!(said.stdout.contains(word), "no {word:?} in {}", said.stdout);
+    }
+    folder.write("material.toml", folder.read("m.toml"));
+    done(&folder.run(["new", "scene", "new.toml"]));
+    let said = folder.run(["check", "new.toml"]);
+    assert_eq!((said.status, said.stdout.contains("object[1] (plane)")), (0, true), "{}", said.stderr);
+}
+
+#[test]
+fn the_sample_scenes_and_figures_are_good() {
+    for (name, least) in [("samples/scenes", 7), ("samples/figures", 21)] {
+        let entries = std::fs::read_dir(project(name)).unwrap().map(|e| e.unwrap().path());
+        let files: Vec<_> = entries.filter(|p| p.extension().is_some_and(|e| e == "toml")).collect();
+        assert!(files.len() >= least, "{} files in {name}", files.len());
+        let said = Folder::new().run(std::iter::once("check".as_ref()).chain(files.iter().map(|f| f.as_os_str())));
+        done(&said);
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn progress_is_shown_and_ctrl_c_leaves_no_picture() {
+    use std::io::{BufRead, BufReader, Read};
+    let folder = folder();
+    let large = SCENE.replace("width = 16\nheight = 12\nsamples = 2", "width = 1024\nheight = 1024\nsamples = 64");
+    let material = project("samples/towel.toml");
+    folder.write("scene.toml", large);
+    let before = folder.snapshot();
+    let mut child = folder
+        .command(RENDER.iter().map(AsRef::as_ref).chain(["--material".as_ref(), material.as_os_str()]))
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut stderr = BufReader::new(child.stderr.take().unwrap());
+    let mut line = String::new();
+    stderr.read_line(&mut line).unwrap();
+    assert!(line.contains(" % after "), "no progress: {line:?}");
+    let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(kill.success());
+    let mut rest = String::new();
+    stderr.read_to_string(&mut rest).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(130), "{rest}");
+    assert!(folder.snapshot() == before, "something was left");
+}
