@@ -11,7 +11,7 @@ pub const MARK: &str = "made by biscale fold";
 const FONT: &str = "'DejaVu Sans', Verdana, Arial, sans-serif";
 
 /// Decimals of coordinates, mm: a refolded surface adds up the rounding of many.
-const DECIMALS: usize = 8;
+pub const DECIMALS: usize = 8;
 
 /// A number with up to [`DECIMALS`] decimals.
 pub fn number(x: f64) -> String {

@@ -29,7 +29,7 @@ pub struct Report {
     pub glue_gap_mm: f64,
     /// Largest distance of a corner in the file's own folded form from the design's; none if the file has no such form.
     pub folded_form_error_mm: Option<f64>,
-    /// Pairs of facets or tabs that overlap by more than [`OVERLAP`].
+    /// Pairs of facets or tabs that overlap by more than `OVERLAP`.
     pub overlaps: usize,
     /// Area of the largest such overlap, mm².
     pub largest_overlap_mm2: f64,
