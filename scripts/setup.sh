@@ -2,7 +2,7 @@
 # Everything that building needs, on a Debian-like machine: a C compiler (the linker of Rust programs) and a C++ one, a Rust toolchain, the
 # crates of Cargo.lock. What is there is left alone; when all is there, nothing is asked of the network.
 #
-# usage: scripts/setup.sh [test]     with "test" also rustfmt and clippy
+# usage: scripts/setup.sh [test]     with "test" also rustfmt, clippy and what fabricate/validate.py uses
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -76,4 +76,17 @@ if ! cargo fetch --locked --offline --target "$host" >/dev/null 2>&1; then
     say "fetching the crates of Cargo.lock"
     [ -e /etc/ssl/certs/ca-certificates.crt ] || ! command -v apt-get >/dev/null || install ca-certificates
     cargo fetch --locked --target "$host" || fail "cannot fetch the crates; connect to the network once, later runs work without"
+fi
+
+# --- what the tests of folding patterns use: a Python with the Manifold library, in a folder of its own ----------------------
+
+if [ "${1:-}" = test ]; then
+    venv=target/validate-venv
+    wanted=fabricate/requirements.txt
+    if ! cmp -s "$wanted" "$venv/installed.txt"; then
+        python3 -c 'import ensurepip, venv' >/dev/null 2>&1 || install python3 python3-venv
+        say "installing manifold3d into $venv"
+        python3 -m venv "$venv" && "$venv/bin/python" -m pip install -q -r "$wanted" && cp "$wanted" "$venv/installed.txt" ||
+            fail "cannot install $wanted; connect to the network once, later runs work without"
+    fi
 fi

@@ -5,6 +5,7 @@ mod check;
 mod check_scene;
 mod compare;
 mod eval;
+mod fold;
 mod interrupt;
 mod later;
 mod new;
@@ -57,8 +58,8 @@ enum Command {
     Compare(compare::CompareArgs),
     /// Error against time, for every method and setting (not built yet)
     Study(later::LaterArgs),
-    /// Folding pattern (not built yet)
-    Fold(later::LaterArgs),
+    /// Folding pattern: sheets to print, cut, fold and glue
+    Fold(Box<fold::FoldArgs>),
     /// Photographs to calibrated measurements (not built yet)
     Capture(later::LaterArgs),
     /// Photograph pair to material (not built yet)
@@ -107,7 +108,7 @@ fn run(cli: &Cli) -> Result<u8> {
         Command::Render(args) => render::run(args, &cli.common)?,
         Command::Compare(args) => compare::run(args, &cli.common)?,
         Command::Study(_) => later::run("study")?,
-        Command::Fold(_) => later::run("fold")?,
+        Command::Fold(args) => return fold::run(args, &cli.common),
         Command::Capture(_) => later::run("capture")?,
         Command::Fit(_) => later::run("fit")?,
         Command::Cache(_) => later::run("cache")?,

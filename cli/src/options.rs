@@ -139,7 +139,7 @@ fn tolerance(text: &str) -> Result<f64, String> {
 const TIME_UNITS: [(&str, f64); 4] = [("ms", 1e-3), ("s", 1.0), ("m", 60.0), ("h", 3600.0)];
 
 /// Reads `--budget`: a number and a unit.
-fn time(text: &str) -> Result<Duration, String> {
+pub fn time(text: &str) -> Result<Duration, String> {
     let remedy = "write a number and one of ms, s, m, h, such as 100ms, 2s or 1m";
     let text = text.trim();
     let Some((number, size)) = TIME_UNITS.iter().find_map(|(unit, size)| Some((text.strip_suffix(unit)?, size))) else {

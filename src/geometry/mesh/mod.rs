@@ -60,6 +60,31 @@ impl Mesh {
     }
 }
 
+/// Triangles of a mesh file as they stand there: not cleaned, no period.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlainMesh {
+    /// Positions in the file's own lengths, finite.
+    pub vertices: Vec<DVec3>,
+    /// Places in `vertices`.
+    pub triangles: Vec<[u32; 3]>,
+    /// For each triangle its place in `parts`.
+    pub part_of_triangle: Vec<u16>,
+    /// Names of the parts.
+    pub parts: Vec<String>,
+    /// What the user should know.
+    pub notes: Vec<String>,
+}
+
+/// Reads a mesh file (.obj, .ply, .stl) for what needs it as it is: a folding pattern names mistakes that [`Tile::clean`] repairs.
+///
+/// # Errors
+/// Bad input with the file's name and, for text, the line.
+pub fn read_plain(file: &Path) -> Result<PlainMesh> {
+    let bytes = std::fs::read(file).map_err(|e| Error::reading(file, e))?;
+    let Soup { vertices, triangles, part_of_triangle, parts, notes, .. } = parse(file, &bytes).map_err(|bad| bad.in_file(file))?;
+    Ok(PlainMesh { vertices, triangles, part_of_triangle, parts, notes })
+}
+
 /// Reads a mesh as a tile of this period, in the file's lengths, and scales it.
 pub(crate) fn load(file: &Path, period: DVec2, scale: f64) -> Result<Tile> {
     let bytes = std::fs::read(file).map_err(|e| Error::reading(file, e))?;

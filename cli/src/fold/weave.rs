@@ -1,0 +1,84 @@
+//! `biscale fold` of a weave: strips of paper.
+
+use super::{FoldArgs, Outputs};
+use crate::options::CommonArgs;
+use crate::output;
+use crate::progress;
+use biscale::error::{Error, Result};
+use biscale_fabricate::design::{Recipe, Source};
+use biscale_fabricate::layout::Paper;
+use biscale_fabricate::mesh::Mesh;
+use biscale_fabricate::output::{Content, Format};
+use biscale_fabricate::pattern::Pattern;
+use biscale_fabricate::strips;
+use serde_json::json;
+use std::path::Path;
+
+/// Writes the strips of a weave.
+///
+/// # Errors
+/// A format that needs facets; strips that do not fit; i/o.
+#[expect(clippy::too_many_arguments, reason = "what `fold::run` has read, for one of its two ways")]
+pub fn run(
+    args: &FoldArgs,
+    common: &CommonArgs,
+    source: &Source,
+    path: &Path,
+    recipe: &Recipe,
+    paper: Paper,
+    format: Format,
+    outputs: &Outputs,
+) -> Result<u8> {
+    if matches!(format, Format::Fold | Format::OrigamiSimulator) {
+        return Err(Error::Unsupported {
+            what: "a weave as a folding pattern".into(),
+            remedy: "it is made of strips: name an output that ends in .pdf, .svg, .png or .dxf, or fold tubes with --facets".into(),
+        });
+    }
+    let weave = source.weave().expect("the caller has looked");
+    let scale = recipe.scale * source.unit_mm();
+    let title = format!("{}, {} x {} repeats", source.name(path), recipe.periods[0], recipe.periods[1]);
+    let (strips, pages, wrap) = progress::with_control(common, |control| {
+        (control.progress)("drawing", 0.0);
+        let strips = strips::strips(weave, scale, recipe.periods, |part| source.colour_of_part(part));
+        let mut pages = strips::pages(&strips, paper, &args.look(&title), args.force).map_err(Error::from)?;
+        let wrap = super::wrap_sheet(args, source, recipe, paper, &title)?.map(|(wrap, told)| {
+            pages.insert(0, wrap.page);
+            told
+        });
+        control.check()?;
+        Ok((strips, pages, wrap))
+    })?;
+    let mut recipe_json = json!(recipe);
+    recipe_json["margin_mm"] = json!(paper.margin);
+    let (mesh, pattern) =
+        (Mesh { vertices: vec![], facets: vec![], edges: vec![], notes: vec![] }, Pattern { pieces: vec![], glued: vec![] });
+    let content = Content { title: &title, pages: &pages, mesh: &mesh, pattern: &pattern, placed: &[], recipe: &recipe_json };
+    let files = format.files(&content)?;
+    let warps = strips.iter().filter(|s| s.warp).count();
+    let summary = json!({ "title": title, "strips": strips.len(), "warps": warps, "wefts": strips.len() - warps, "pages": pages.len(), "notes": source.notes() });
+    let told: Vec<_> = strips
+        .iter()
+        .map(|s| json!({ "strip": s.name, "length_mm": s.size.x, "width_mm": s.size.y, "over": s.crossings.iter().map(|c| u8::from(c.2)).collect::<Vec<_>>() }))
+        .collect();
+    let sidecar = json!({
+        "creator": biscale_fabricate::fold_file::CREATOR,
+        "format": 1,
+        "recipe": recipe_json,
+        "summary": summary,
+        "pages": pages.iter().map(|p| json!({ "size_mm": p.size.to_array() })).collect::<Vec<_>>(),
+        "strips": told,
+        "wrap": wrap,
+    });
+    let names = outputs.write(&files, &sidecar)?;
+    if common.json {
+        output::print_json(&json!({ "outputs": names, "summary": summary }))?;
+        return Ok(0);
+    }
+    let mut text = format!("{title}: {warps} warp and {} weft strips, {} pages", strips.len() - warps, pages.len());
+    for note in source.notes() {
+        text.push_str(&format!("\nnote: {note}"));
+    }
+    output::tell(common, &text);
+    Ok(0)
+}

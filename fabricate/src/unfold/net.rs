@@ -1,0 +1,652 @@
+//! A net in the making: which facet lies where, in which piece, and the tab of every edge that is glued.
+//!
+//! All changes are one move: a part of a piece is taken off and laid at another place, across an edge. A move is done only if no
+//! facet and no tab meets another one and every glued edge has a tab afterwards; otherwise everything is as before. So a net has
+//! no overlap at any time.
+
+use super::tabs::TabShapes;
+use crate::mesh::Mesh;
+use crate::polygon::Convex;
+use glam::DVec2;
+use rustc_hash::FxHashMap;
+
+/// Where a facet's own frame lies in its piece: a rotation and then a shift.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// The x axis of the facet's frame, of unit length.
+    pub x: DVec2,
+    /// Its origin.
+    pub origin: DVec2,
+}
+
+impl Pose {
+    const IDENTITY: Self = Self { x: DVec2::X, origin: DVec2::ZERO };
+
+    /// A point of the facet's frame in the piece's.
+    pub fn apply(&self, p: DVec2) -> DVec2 {
+        self.origin + p.x * self.x + p.y * self.x.perp()
+    }
+
+    /// The pose that maps the segment `from` onto the segment `to` of the same length.
+    pub fn mapping(from: [DVec2; 2], to: [DVec2; 2]) -> Self {
+        let (a, b) = (from[1] - from[0], to[1] - to[0]);
+        // The direction of `b` in the frame where `a` is the x axis: b times the conjugate of a.
+        let x = DVec2::new(a.dot(b), a.perp_dot(b)).normalize_or(DVec2::X);
+        let middle = 0.5 * (from[0] + from[1]);
+        let turned = middle.x * x + middle.y * x.perp();
+        Self { x, origin: 0.5 * (to[0] + to[1]) - turned }
+    }
+
+    fn convex(&self, shape: &Convex) -> Convex {
+        Convex { corners: shape.corners.map(|p| self.apply(p)), count: shape.count }
+    }
+}
+
+/// The tab of a glued edge: the side that it stands on and its shape there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tab {
+    /// 0 or 1.
+    pub side: u8,
+    /// Place in [`TabShapes::of`].
+    pub shape: u8,
+}
+
+/// Corners of two placed facets closer than this are one point of the net, mm.
+const COINCIDENT: f64 = 1e-6;
+
+/// What the paper's size allows: a piece fits if some rotation of it does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sheet {
+    /// Longer and shorter side that a piece may fill, mm.
+    pub size: DVec2,
+}
+
+/// Directions in a quarter turn in which a piece's size is measured.
+const DIRECTIONS: usize = 8;
+
+/// What does not change during the search.
+#[derive(Debug)]
+pub struct Problem<'a> {
+    /// The surface.
+    pub mesh: &'a Mesh,
+    /// Its possible tabs.
+    pub tabs: TabShapes,
+    /// The paper.
+    pub sheet: Sheet,
+    /// First item of each facet; a facet has one for each of its triangles.
+    first_item: Vec<u32>,
+    facet_of_item: Vec<u32>,
+    /// Size of a cell of the collision grid, mm.
+    cell: f64,
+}
+
+impl<'a> Problem<'a> {
+    /// Prepares the search over `mesh`.
+    pub fn new(mesh: &'a Mesh, tabs: TabShapes, sheet: Sheet) -> Self {
+        let mut first_item = Vec::with_capacity(mesh.facets.len() + 1);
+        let mut facet_of_item = Vec::new();
+        let mut extents = Vec::new();
+        for (facet, k) in mesh.facets.iter().zip(0_u32..) {
+            first_item.push(u32::try_from(facet_of_item.len()).expect("few triangles"));
+            for t in &facet.fill {
+                facet_of_item.push(k);
+                let [low, high] = Convex::new(&t.map(|c| facet.flat[c as usize])).bounds();
+                extents.push((high - low).max_element());
+            }
+        }
+        first_item.push(u32::try_from(facet_of_item.len()).expect("few triangles"));
+        extents.sort_unstable_by(f64::total_cmp);
+        let cell = extents.get(extents.len() / 2).copied().unwrap_or(1.0).max(1e-6);
+        Self { mesh, tabs, sheet, first_item, facet_of_item, cell }
+    }
+
+    fn items(&self, facet: u32) -> std::ops::Range<u32> {
+        self.first_item[facet as usize]..self.first_item[facet as usize + 1]
+    }
+
+    /// The two ends of an edge in the frame of the facet on its side, in the order of the edge.
+    fn local_edge(&self, edge: u32, side: usize) -> [DVec2; 2] {
+        let (facet, k) = self.mesh.edges[edge as usize].sides[side].expect("inner edge");
+        let flat = &self.mesh.facets[facet as usize].flat;
+        let (a, b) = (flat[k as usize], flat[(k as usize + 1) % flat.len()]);
+        if side == 0 { [a, b] } else { [b, a] }
+    }
+
+    fn side_of(&self, edge: u32, facet: u32) -> usize {
+        usize::from(self.mesh.edges[edge as usize].sides[0].is_none_or(|(f, _)| f != facet))
+    }
+
+    fn facet_at(&self, edge: u32, side: usize) -> Option<u32> {
+        self.mesh.edges[edge as usize].sides[side].map(|(f, _)| f)
+    }
+}
+
+/// A net: a partition of the facets into pieces, each laid out flat.
+#[derive(Clone, Debug)]
+pub struct Net<'p, 'a> {
+    /// What it is a net of.
+    pub problem: &'p Problem<'a>,
+    /// For each facet its piece.
+    pub piece: Vec<u32>,
+    /// For each facet its place in the piece's frame.
+    pub pose: Vec<Pose>,
+    /// For each edge whether the pieces' trees run over it.
+    pub tree: Vec<bool>,
+    /// For each edge whether the paper is whole there: the facets on both sides lie edge to edge.
+    pub joined: Vec<bool>,
+    /// The tab of each edge that is glued.
+    pub tab: Vec<Option<Tab>>,
+    /// Facets of each piece; 0 for a number that is free.
+    pub size: Vec<u32>,
+    /// Pieces that have facets.
+    pub pieces: usize,
+    /// Collision tests made so far: the measure of effort.
+    pub work: u64,
+    polygons: Vec<Convex>,
+    grid: FxHashMap<u64, Vec<u32>>,
+    mark: Vec<u32>,
+    stamp: u32,
+    scratch: Scratch,
+}
+
+/// Lists that moves use again and again.
+#[derive(Clone, Debug, Default)]
+struct Scratch {
+    part: Vec<u32>,
+    poses: Vec<Pose>,
+    old: Vec<Pose>,
+    dirty: Vec<u32>,
+    tabs_before: Vec<(u32, Option<Tab>, bool)>,
+}
+
+/// What a move does.
+#[derive(Clone, Copy, Debug)]
+pub struct Move {
+    /// The edge across which the part is laid.
+    pub across: u32,
+    /// Side of the edge (0 or 1) whose facet moves.
+    pub moving: usize,
+    /// Tree edge at which the part is taken off its piece; none moves the whole piece.
+    pub cut: Option<u32>,
+    /// Most facets that may move.
+    pub limit: usize,
+}
+
+/// Why a move was not made, or how many facets it moved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Done: facets moved.
+    Done(usize),
+    /// The part would be too large, or hold the facet that it is laid at.
+    NoPart,
+    /// Facets would overlap.
+    Overlap,
+    /// It would not fit on the sheet.
+    Sheet,
+    /// A glued edge would have no place for a tab.
+    Tab,
+}
+
+const TAB: u32 = 1 << 31;
+
+impl<'p, 'a> Net<'p, 'a> {
+    /// Every facet a piece of its own.
+    pub fn new(problem: &'p Problem<'a>) -> Self {
+        let mesh = problem.mesh;
+        let (facets, edges) = (mesh.facets.len(), mesh.edges.len());
+        let mut net = Self {
+            problem,
+            piece: (0..u32::try_from(facets).expect("at most MAX_FACETS")).collect(),
+            pose: vec![Pose::IDENTITY; facets],
+            tree: vec![false; edges],
+            joined: vec![false; edges],
+            tab: vec![None; edges],
+            size: vec![1; facets],
+            pieces: facets,
+            work: 0,
+            polygons: vec![Convex::default(); problem.facet_of_item.len() + edges],
+            grid: FxHashMap::default(),
+            mark: vec![0; facets],
+            stamp: 0,
+            scratch: Scratch::default(),
+        };
+        for f in 0..net.piece.len() {
+            net.insert_facet(u32::try_from(f).expect("at most MAX_FACETS"));
+        }
+        for e in 0..u32::try_from(edges).expect("few") {
+            // A lone facet has place for all of its tabs, but for odd shapes; those stay without until a move finds place.
+            net.give_tab(e);
+        }
+        net
+    }
+
+    /// Glued edges without a place for a tab.
+    pub fn without_tab(&self) -> usize {
+        let inner = |e: &usize| self.problem.mesh.edges[*e].sides[1].is_some();
+        (0..self.tab.len()).filter(inner).filter(|&e| !self.joined[e] && self.tab[e].is_none()).count()
+    }
+
+    fn item_polygon(&self, item: u32) -> &Convex {
+        let k = if item & TAB == 0 { item as usize } else { self.problem.facet_of_item.len() + (item & !TAB) as usize };
+        &self.polygons[k]
+    }
+
+    fn cells(&self, piece: u32, shape: &Convex) -> impl Iterator<Item = u64> + use<> {
+        let [low, high] = shape.bounds();
+        let inverse = 1.0 / self.problem.cell;
+        let cell = |x: f64| (x * inverse).floor() as i64;
+        let (x0, x1, y0, y1) = (cell(low.x), cell(high.x), cell(low.y), cell(high.y));
+        let key = move |x: i64, y: i64| u64::from(piece) << 44 | ((x & 0x3f_ffff).cast_unsigned() << 22) | (y & 0x3f_ffff).cast_unsigned();
+        (y0..=y1).flat_map(move |y| (x0..=x1).map(move |x| key(x, y)))
+    }
+
+    fn insert(&mut self, piece: u32, item: u32) {
+        let shape = *self.item_polygon(item);
+        for key in self.cells(piece, &shape) {
+            self.grid.entry(key).or_default().push(item);
+        }
+    }
+
+    fn remove(&mut self, piece: u32, item: u32) {
+        let shape = *self.item_polygon(item);
+        for key in self.cells(piece, &shape) {
+            let list = self.grid.get_mut(&key).expect("the item is there");
+            let k = list.iter().position(|&i| i == item).expect("the item is there");
+            list.swap_remove(k);
+        }
+    }
+
+    /// The items of a piece that a shape overlaps, until `stop` says enough.
+    fn each_overlap(&mut self, piece: u32, shape: &Convex, mut stop: impl FnMut(&Self, u32) -> bool) -> bool {
+        let mut tests = 0;
+        let mut found = false;
+        let [low, high] = shape.bounds();
+        'cells: for key in self.cells(piece, shape) {
+            for &item in self.grid.get(&key).map_or(&[][..], Vec::as_slice) {
+                tests += 1;
+                let other = self.item_polygon(item);
+                let [l, h] = other.bounds();
+                let apart = l.x > high.x || l.y > high.y || h.x < low.x || h.y < low.y;
+                if !apart && shape.overlaps(other) && stop(self, item) {
+                    found = true;
+                    break 'cells;
+                }
+            }
+        }
+        self.work += 1 + tests;
+        found
+    }
+
+    fn insert_facet(&mut self, facet: u32) {
+        let problem = self.problem;
+        let (pose, shape) = (self.pose[facet as usize], &problem.mesh.facets[facet as usize]);
+        for (item, t) in problem.items(facet).zip(&shape.fill) {
+            self.polygons[item as usize] = Convex::new(&t.map(|c| pose.apply(shape.flat[c as usize])));
+            self.insert(self.piece[facet as usize], item);
+        }
+    }
+
+    fn remove_facet(&mut self, facet: u32) {
+        for item in self.problem.items(facet) {
+            self.remove(self.piece[facet as usize], item);
+        }
+    }
+
+    fn take_tab(&mut self, edge: u32) {
+        if let Some(tab) = self.tab[edge as usize].take() {
+            let facet = self.problem.facet_at(edge, tab.side.into()).expect("a tab stands on a facet");
+            self.remove(self.piece[facet as usize], TAB | edge);
+        }
+    }
+
+    fn put_tab(&mut self, edge: u32, tab: Tab) {
+        let facet = self.problem.facet_at(edge, tab.side.into()).expect("a tab stands on a facet");
+        let shape = self.problem.tabs.of(edge, tab.side.into())[usize::from(tab.shape)];
+        let k = self.problem.facet_of_item.len() + edge as usize;
+        self.polygons[k] = self.pose[facet as usize].convex(&shape);
+        self.insert(self.piece[facet as usize], TAB | edge);
+        self.tab[edge as usize] = Some(tab);
+    }
+
+    /// Gives an edge the best tab that has place on either side.
+    fn give_tab(&mut self, edge: u32) -> bool {
+        let problem = self.problem;
+        let sides = [problem.tabs.of(edge, 0), problem.tabs.of(edge, 1)];
+        let longest = sides[0].len().max(sides[1].len());
+        for shape in 0..longest {
+            for side in 0..2 {
+                let Some(local) = sides[side].get(shape) else { continue };
+                let facet = problem.facet_at(edge, side).expect("inner edge");
+                let placed = self.pose[facet as usize].convex(local);
+                let own = problem.items(facet);
+                // The facet that a tab stands on lies on the other side of the edge, unless it is not convex.
+                if !self.each_overlap(self.piece[facet as usize], &placed, |_, item| !own.contains(&item) || own.len() > 2) {
+                    self.put_tab(edge, Tab { side: u8::from(side == 1), shape: u8::try_from(shape).expect("few shapes") });
+                    return true;
+                }
+            }
+        }
+        false
+    }
+
+    /// Whether the facets of an edge lie edge to edge in one piece.
+    fn coincides(&self, edge: u32) -> bool {
+        let problem = self.problem;
+        let (Some(f), Some(g)) = (problem.facet_at(edge, 0), problem.facet_at(edge, 1)) else { return false };
+        if self.piece[f as usize] != self.piece[g as usize] {
+            return false;
+        }
+        let [a, b] = problem.local_edge(edge, 0).map(|p| self.pose[f as usize].apply(p));
+        let [c, d] = problem.local_edge(edge, 1).map(|p| self.pose[g as usize].apply(p));
+        a.distance_squared(c) < COINCIDENT * COINCIDENT && b.distance_squared(d) < COINCIDENT * COINCIDENT
+    }
+
+    /// The facets on the tree from `start` without crossing `cut`, at most `limit` of them, into the scratch list.
+    fn gather(&mut self, start: u32, cut: Option<u32>, avoid: u32, limit: usize) -> bool {
+        let problem = self.problem;
+        self.stamp += 1;
+        let mut part = std::mem::take(&mut self.scratch.part);
+        part.clear();
+        part.push(start);
+        self.mark[start as usize] = self.stamp;
+        let mut k = 0;
+        let mut fine = start != avoid;
+        while fine && k < part.len() {
+            for &e in &problem.mesh.facets[part[k] as usize].edges {
+                if !self.tree[e as usize] || Some(e) == cut {
+                    continue;
+                }
+                let side = problem.side_of(e, part[k]);
+                let g = problem.facet_at(e, 1 - side).expect("tree edges are inner");
+                if self.mark[g as usize] != self.stamp {
+                    self.mark[g as usize] = self.stamp;
+                    part.push(g);
+                    if g == avoid || part.len() > limit {
+                        fine = false;
+                        break;
+                    }
+                }
+            }
+            k += 1;
+        }
+        self.scratch.part = part;
+        fine
+    }
+
+    /// Poses of the gathered facets when the first one is laid across an edge.
+    fn lay(&mut self, across: u32, moving: usize) {
+        let problem = self.problem;
+        let part = std::mem::take(&mut self.scratch.part);
+        let mut poses = std::mem::take(&mut self.scratch.poses);
+        poses.clear();
+        let target = problem.facet_at(across, 1 - moving).expect("inner edge");
+        let to = problem.local_edge(across, 1 - moving).map(|p| self.pose[target as usize].apply(p));
+        let first = Pose::mapping(problem.local_edge(across, moving), to);
+        // The part moves as it is: one motion for all. From the old frame of the first facet to the new one.
+        let old = self.pose[part[0] as usize];
+        let turn = DVec2::new(old.x.dot(first.x), old.x.perp_dot(first.x));
+        for &f in &part {
+            let pose = self.pose[f as usize];
+            let x = (pose.x.x * turn + pose.x.y * turn.perp()).normalize_or(DVec2::X);
+            let r = pose.origin - old.origin;
+            poses.push(Pose { x, origin: first.origin + r.x * turn + r.y * turn.perp() });
+        }
+        self.scratch.part = part;
+        self.scratch.poses = poses;
+    }
+
+    /// Makes a move if it leaves no overlap, fits the sheet and every glued edge keeps or finds a tab.
+    pub fn try_move(&mut self, m: Move) -> Outcome {
+        let problem = self.problem;
+        let start = problem.facet_at(m.across, m.moving).expect("inner edge");
+        let target = problem.facet_at(m.across, 1 - m.moving).expect("inner edge");
+        let (from, into) = (self.piece[start as usize], self.piece[target as usize]);
+        if !self.gather(start, m.cut, target, m.limit) {
+            return Outcome::NoPart;
+        }
+        self.lay(m.across, m.moving);
+        let part = std::mem::take(&mut self.scratch.part);
+        let poses = std::mem::take(&mut self.scratch.poses);
+        let mut dirty = std::mem::take(&mut self.scratch.dirty);
+        dirty.clear();
+        let outcome = if self.part_overlaps(&part, &poses, into, m.across, &mut dirty) {
+            Outcome::Overlap
+        } else if !self.fits(&part, &poses, target, from == into) {
+            Outcome::Sheet
+        } else if self.apply(&part, &poses, into, m, &dirty) {
+            if from != into {
+                self.size[from as usize] -= u32::try_from(part.len()).expect("few");
+                self.size[into as usize] += u32::try_from(part.len()).expect("few");
+                self.pieces -= usize::from(self.size[from as usize] == 0);
+            }
+            Outcome::Done(part.len())
+        } else {
+            Outcome::Tab
+        };
+        self.scratch.part = part;
+        self.scratch.poses = poses;
+        self.scratch.dirty = dirty;
+        outcome
+    }
+
+    fn part_overlaps(&mut self, part: &[u32], poses: &[Pose], into: u32, across: u32, dirty: &mut Vec<u32>) -> bool {
+        let problem = self.problem;
+        for (&f, pose) in part.iter().zip(poses) {
+            let shape = &problem.mesh.facets[f as usize];
+            for t in &shape.fill {
+                let placed = Convex::new(&t.map(|c| pose.apply(shape.flat[c as usize])));
+                let stamp = self.stamp;
+                let hit = self.each_overlap(into, &placed, |net, item| {
+                    if item & TAB != 0 {
+                        let edge = item & !TAB;
+                        if edge != across {
+                            let side = net.tab[edge as usize].expect("the tab is there").side;
+                            let owner = problem.facet_at(edge, side.into()).expect("a tab stands on a facet");
+                            if net.mark[owner as usize] != stamp && !dirty.contains(&edge) {
+                                dirty.push(edge);
+                            }
+                        }
+                        false
+                    } else {
+                        // What moves with the part leaves its old place.
+                        net.mark[problem.facet_of_item[item as usize] as usize] != stamp
+                    }
+                });
+                if hit {
+                    return true;
+                }
+            }
+        }
+        false
+    }
+
+    /// Whether the piece of `target` with the part laid at it fits the sheet in some rotation.
+    fn fits(&mut self, part: &[u32], poses: &[Pose], target: u32, same: bool) -> bool {
+        let problem = self.problem;
+        let mut span = [[f64::INFINITY, f64::NEG_INFINITY]; 2 * DIRECTIONS];
+        let axes: [DVec2; DIRECTIONS] =
+            std::array::from_fn(|k| DVec2::from_angle(k as f64 * std::f64::consts::FRAC_PI_2 / DIRECTIONS as f64));
+        let mut add = |facet: u32, pose: &Pose| {
+            for &p in &problem.mesh.facets[facet as usize].flat {
+                let p = pose.apply(p);
+                for (k, axis) in axes.iter().enumerate() {
+                    for (j, value) in [(k, axis.dot(p)), (k + DIRECTIONS, axis.perp_dot(p))] {
+                        span[j][0] = span[j][0].min(value);
+                        span[j][1] = span[j][1].max(value);
+                    }
+                }
+            }
+        };
+        let moved = self.stamp;
+        for (&f, pose) in part.iter().zip(poses) {
+            add(f, pose);
+        }
+        // The rest of the target's piece; facets of the part carry the mark of the gathering.
+        let mut queue = vec![target];
+        self.stamp += 1;
+        self.mark[target as usize] = self.stamp;
+        let _ = same;
+        while let Some(f) = queue.pop() {
+            add(f, &self.pose[f as usize]);
+            for &e in &problem.mesh.facets[f as usize].edges {
+                if self.tree[e as usize] {
+                    let g = problem.facet_at(e, 1 - problem.side_of(e, f)).expect("tree edges are inner");
+                    if self.mark[g as usize] != self.stamp && self.mark[g as usize] != moved {
+                        self.mark[g as usize] = self.stamp;
+                        queue.push(g);
+                    }
+                }
+            }
+        }
+        self.work += u64::from(self.size[self.piece[target as usize] as usize]) / 4;
+        // The part's mark again, for what follows.
+        self.stamp += 1;
+        for &f in part {
+            self.mark[f as usize] = self.stamp;
+        }
+        let sheet = problem.sheet.size;
+        (0..DIRECTIONS).any(|k| {
+            let (w, h) = (span[k][1] - span[k][0], span[k + DIRECTIONS][1] - span[k + DIRECTIONS][0]);
+            w.max(h) <= sheet.max_element() && w.min(h) <= sheet.min_element()
+        })
+    }
+
+    /// Moves the part; without a tab for some edge everything is put back.
+    fn apply(&mut self, part: &[u32], poses: &[Pose], into: u32, m: Move, dirty: &[u32]) -> bool {
+        let problem = self.problem;
+        let from = self.piece[part[0] as usize];
+        // Edges whose tabs may change: those that the part runs into, and all around and in the part.
+        let mut before = std::mem::take(&mut self.scratch.tabs_before);
+        let mut old = std::mem::take(&mut self.scratch.old);
+        before.clear();
+        old.clear();
+        let note = |net: &mut Self, before: &mut Vec<(u32, Option<Tab>, bool)>, e: u32| {
+            if problem.mesh.edges[e as usize].sides[1].is_some() && before.iter().all(|&(b, ..)| b != e) {
+                before.push((e, net.tab[e as usize], net.joined[e as usize]));
+                net.take_tab(e);
+            }
+        };
+        for &e in dirty {
+            note(self, &mut before, e);
+        }
+        if part.len() <= 32 {
+            for &f in part {
+                for &e in &problem.mesh.facets[f as usize].edges {
+                    note(self, &mut before, e);
+                }
+            }
+        } else {
+            // As above, without looking through a long list: an edge inside the part is met from its first side only.
+            for &f in part {
+                for &e in &problem.mesh.facets[f as usize].edges {
+                    let Some((g, _)) = problem.mesh.other(e, f) else { continue };
+                    let inside = self.mark[g as usize] == self.stamp;
+                    if (!inside || problem.side_of(e, f) == 0) && !dirty.contains(&e) {
+                        before.push((e, self.tab[e as usize], self.joined[e as usize]));
+                        self.take_tab(e);
+                    }
+                }
+            }
+        }
+        for (&f, &pose) in part.iter().zip(poses) {
+            old.push(self.pose[f as usize]);
+            self.remove_facet(f);
+            self.piece[f as usize] = into;
+            self.pose[f as usize] = pose;
+        }
+        for &f in part {
+            self.insert_facet(f);
+        }
+        self.tree[m.across as usize] = true;
+        if let Some(cut) = m.cut {
+            self.tree[cut as usize] = false;
+        }
+        for &(e, ..) in &before {
+            self.joined[e as usize] = self.tree[e as usize] || self.coincides(e);
+        }
+        // An edge that had no tab before may go on without.
+        let mut fine = true;
+        for &(e, tab, was_joined) in &before {
+            if !self.joined[e as usize] && !self.give_tab(e) && (tab.is_some() || was_joined) {
+                fine = false;
+                break;
+            }
+        }
+        if !fine {
+            for &(e, ..) in &before {
+                self.take_tab(e);
+            }
+            for (&f, &pose) in part.iter().zip(&old) {
+                self.remove_facet(f);
+                self.piece[f as usize] = from;
+                self.pose[f as usize] = pose;
+            }
+            for &f in part {
+                self.insert_facet(f);
+            }
+            self.tree[m.across as usize] = false;
+            if let Some(cut) = m.cut {
+                self.tree[cut as usize] = true;
+            }
+            for &(e, tab, joined) in &before {
+                self.joined[e as usize] = joined;
+                if let Some(tab) = tab {
+                    self.put_tab(e, tab);
+                }
+            }
+        }
+        self.scratch.tabs_before = before;
+        self.scratch.old = old;
+        fine
+    }
+
+    /// Lays the net out anew along `tree` with these tabs; rounding of many moves is gone then.
+    pub fn rebuild(&mut self, tree: &[bool], tab: &[Option<Tab>]) {
+        let problem = self.problem;
+        let mesh = problem.mesh;
+        let facets = mesh.facets.len();
+        self.grid.clear();
+        self.tree.copy_from_slice(tree);
+        self.tab.fill(None);
+        self.size.fill(0);
+        self.pieces = 0;
+        let mut seen = vec![false; facets];
+        for start in 0..facets {
+            if std::mem::replace(&mut seen[start], true) {
+                continue;
+            }
+            let id = u32::try_from(start).expect("at most MAX_FACETS");
+            self.pieces += 1;
+            self.pose[start] = Pose::IDENTITY;
+            let mut queue = vec![id];
+            let mut k = 0;
+            while k < queue.len() {
+                let f = queue[k];
+                self.piece[f as usize] = id;
+                self.size[start] += 1;
+                for &e in &mesh.facets[f as usize].edges {
+                    if !self.tree[e as usize] {
+                        continue;
+                    }
+                    let side = problem.side_of(e, f);
+                    let g = problem.facet_at(e, 1 - side).expect("tree edges are inner");
+                    if !std::mem::replace(&mut seen[g as usize], true) {
+                        let to = problem.local_edge(e, side).map(|p| self.pose[f as usize].apply(p));
+                        self.pose[g as usize] = Pose::mapping(problem.local_edge(e, 1 - side), to);
+                        queue.push(g);
+                    }
+                }
+                k += 1;
+            }
+        }
+        for f in 0..facets {
+            self.insert_facet(u32::try_from(f).expect("at most MAX_FACETS"));
+        }
+        for (e, edge) in (0_u32..).zip(&mesh.edges) {
+            self.joined[e as usize] = edge.sides[1].is_some() && (self.tree[e as usize] || self.coincides(e));
+            if let (Some(tab), false) = (tab[e as usize], self.joined[e as usize]) {
+                self.put_tab(e, tab);
+            }
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! FOLD files: any that is sound, and what this program's own say beyond it.
+
+use super::{Seen, SeenFacet, SeenFold};
+use biscale::error::BadInput;
+use glam::{DVec2, DVec3};
+use serde_json::Value;
+
+fn bad(problem: impl Into<String>) -> BadInput {
+    BadInput::new(problem, "see the FOLD specification, version 1.2")
+}
+
+/// A FOLD frame with its references checked.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Frame {
+    /// Positions; z is 0 where the file has two numbers.
+    pub vertices: Vec<DVec3>,
+    /// Ends of the edges.
+    pub edges: Vec<[usize; 2]>,
+    /// B, M, V, F, U, C or J for each edge.
+    pub assignment: Vec<char>,
+    /// Fold angles, degrees, where given.
+    pub angles: Vec<Option<f64>>,
+    /// Faces behind each edge, where given.
+    pub edges_faces: Vec<Vec<Option<usize>>>,
+    /// Corners of the faces.
+    pub faces: Vec<Vec<usize>>,
+}
+
+fn list<'v>(value: &'v Value, key: &str) -> Result<&'v [Value], BadInput> {
+    match value.get(key) {
+        None | Some(Value::Null) => Ok(&[]),
+        Some(Value::Array(list)) => Ok(list),
+        Some(_) => Err(bad(format!("{key} is no list"))),
+    }
+}
+
+fn index(value: &Value, count: usize, what: &str) -> Result<usize, BadInput> {
+    let k = value.as_u64().and_then(|k| usize::try_from(k).ok()).filter(|k| *k < count);
+    k.ok_or_else(|| bad(format!("{what}: {value} is none of {count}")))
+}
+
+impl Frame {
+    /// Reads the top-level frame of a FOLD file, or `frame` of its `file_frames`, which may inherit.
+    ///
+    /// # Errors
+    /// What breaks the format: references that do not exist, lists of different lengths, angles against the assignment.
+    pub fn read(file: &Value, frame: Option<usize>) -> Result<Self, BadInput> {
+        let own = match frame {
+            None => file,
+            Some(k) => list(file, "file_frames")?.get(k).ok_or_else(|| bad(format!("there is no frame {k}")))?,
+        };
+        let inherits = frame.is_some() && own.get("frame_inherit") == Some(&Value::Bool(true));
+        let get = |key: &str| -> Result<&[Value], BadInput> {
+            let here = list(own, key)?;
+            if here.is_empty() && inherits { list(file, key) } else { Ok(here) }
+        };
+        let coordinate = |v: &Value| -> Result<DVec3, BadInput> {
+            let numbers: Vec<f64> = v.as_array().into_iter().flatten().filter_map(Value::as_f64).filter(|x| x.is_finite()).collect();
+            match numbers[..] {
+                [x, y] => Ok(DVec3::new(x, y, 0.0)),
+                [x, y, z] => Ok(DVec3::new(x, y, z)),
+                _ => Err(bad(format!("vertices_coords: {v} is no position"))),
+            }
+        };
+        let vertices = get("vertices_coords")?.iter().map(coordinate).collect::<Result<Vec<_>, _>>()?;
+        let faces_list = get("faces_vertices")?;
+        let mut out = Self { vertices, ..Self::default() };
+        let n = out.vertices.len();
+        for edge in get("edges_vertices")? {
+            let ends = edge.as_array().map(Vec::as_slice).unwrap_or_default();
+            let [a, b] = ends else { return Err(bad(format!("edges_vertices: {edge} has not two ends"))) };
+            out.edges.push([index(a, n, "edges_vertices")?, index(b, n, "edges_vertices")?]);
+        }
+        for letter in get("edges_assignment")? {
+            let c = letter.as_str().filter(|s| s.len() == 1 && "BMVFUCJbmvfucj".contains(*s)).and_then(|s| s.chars().next());
+            out.assignment.push(c.ok_or_else(|| bad(format!("edges_assignment: {letter} is not known")))?.to_ascii_uppercase());
+        }
+        out.angles = get("edges_foldAngle")?.iter().map(Value::as_f64).collect();
+        for face in faces_list {
+            let corners = face.as_array().map(Vec::as_slice).unwrap_or_default();
+            if corners.len() < 3 {
+                return Err(bad(format!("faces_vertices: {face} has fewer than three corners")));
+            }
+            out.faces.push(corners.iter().map(|c| index(c, n, "faces_vertices")).collect::<Result<_, _>>()?);
+        }
+        for sides in get("edges_faces")? {
+            let sides = sides.as_array().ok_or_else(|| bad("edges_faces: an entry is no list"))?;
+            let side = |v: &Value| if v.is_null() { Ok(None) } else { index(v, faces_list.len(), "edges_faces").map(Some) };
+            out.edges_faces.push(sides.iter().map(side).collect::<Result<_, _>>()?);
+        }
+        for (name, length) in
+            [("edges_assignment", out.assignment.len()), ("edges_foldAngle", out.angles.len()), ("edges_faces", out.edges_faces.len())]
+        {
+            if length != 0 && length != out.edges.len() {
+                return Err(bad(format!("{name} has {length} entries for {} edges", out.edges.len())));
+            }
+        }
+        for (k, (letter, angle)) in out.assignment.iter().zip(&out.angles).enumerate() {
+            let fits = match (letter, angle) {
+                (_, None) => true,
+                ('V', Some(a)) => *a >= 0.0,
+                ('M', Some(a)) => *a <= 0.0,
+                ('F' | 'J', Some(a)) => *a == 0.0,
+                _ => true,
+            };
+            if !fits {
+                return Err(bad(format!("edge {k} is {letter} and its angle is {}", angle.unwrap_or(0.0))));
+            }
+        }
+        Ok(out)
+    }
+}
+
+/// Reads a FOLD file of this program's.
+///
+/// # Errors
+/// Text that is no FOLD, or one without the facets of a design.
+pub fn read_fold(text: &str) -> Result<Seen, BadInput> {
+    let file: Value = serde_json::from_str(text).map_err(|e| BadInput::new(format!("this is no JSON: {e}"), "name a FOLD file"))?;
+    let frame = Frame::read(&file, None)?;
+    let own = |key: &str| -> Result<Vec<u32>, BadInput> {
+        let numbers =
+            list(&file, key)?.iter().map(|v| v.as_u64().and_then(|v| u32::try_from(v).ok()).ok_or_else(|| bad(format!("{key}: {v}"))));
+        let numbers = numbers.collect::<Result<Vec<_>, _>>()?;
+        if numbers.len() == frame.faces.len() && !numbers.is_empty() {
+            Ok(numbers)
+        } else {
+            Err(BadInput::new(format!("{key} does not name every face"), "name a FOLD file that `biscale fold` wrote"))
+        }
+    };
+    let (facets, pieces) = (own("faces_biscale:facet")?, own("faces_biscale:piece")?);
+    let mut seen = Seen { recipe: file.get("biscale:recipe").cloned().unwrap_or(Value::Null), ..Seen::default() };
+    let flat = |v: usize| frame.vertices[v].truncate();
+    for (k, face) in frame.faces.iter().enumerate() {
+        let polygon: Vec<DVec2> = face.iter().map(|&v| flat(v)).collect();
+        seen.turned += usize::from(super::refold::signed_area(&polygon) <= 0.0);
+        seen.facets.push(SeenFacet { page: 0, piece: pieces[k], facet: facets[k], polygon });
+    }
+    for (k, ends) in frame.edges.iter().enumerate() {
+        if let (Some('M' | 'V'), Some(Some(angle))) = (frame.assignment.get(k), frame.angles.get(k)) {
+            seen.folds.push(SeenFold { page: 0, ends: ends.map(flat), angle: angle.to_radians() });
+        }
+    }
+    if !list(&file, "file_frames")?.is_empty() {
+        let folded = Frame::read(&file, Some(0))?;
+        if folded.faces.iter().map(Vec::len).ne(frame.faces.iter().map(Vec::len)) {
+            return Err(bad("the folded form has other faces than the crease pattern"));
+        }
+        seen.folded = Some(folded.faces.iter().map(|f| f.iter().map(|&v| folded.vertices[v]).collect()).collect());
+    }
+    Ok(seen)
+}

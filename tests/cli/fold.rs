@@ -1,0 +1,270 @@
+//! `biscale fold` from end to end: what it writes folds to the design, by two independent checks.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test that meets the unexpected should panic, and says what it skips")]
+
+#[allow(dead_code, reason = "shared by several test programs; each uses its part")]
+mod support;
+
+use std::path::PathBuf;
+use std::process::Command;
+use support::{Folder, Said, project};
+
+/// The path of a sample as an argument.
+fn sample(name: &str) -> String {
+    project(&format!("samples/{name}")).display().to_string()
+}
+
+/// Samples and meshes, with arguments that make them of a size to fold.
+fn subjects() -> Vec<(String, Vec<&'static str>)> {
+    let mut all = vec![
+        (sample("grooves-two-hue.toml"), vec!["--periods", "8x4", "--scale", "2"]),
+        (sample("v-grooves.toml"), vec!["--scale", "10", "--periods", "16x6"]),
+        (sample("pyramids.toml"), vec!["--scale", "400", "--periods", "4x4"]),
+        (sample("pyramids-pentagon.toml"), vec!["--scale", "600", "--periods", "3x2"]),
+        (sample("studs.toml"), vec!["--scale", "4", "--periods", "2x2"]),
+        (sample("velvet-rods.toml"), vec!["--scale", "300", "--periods", "1x1", "--force"]),
+        (sample("hammered.toml"), vec!["--scale", "8", "--periods", "1x1", "--max-facets", "120"]),
+        (
+            sample("gelsight-gold.toml"),
+            vec!["--scale", "10", "--periods", "1x1", "--slope-tolerance", "12", "--max-facets", "400", "--force"],
+        ),
+        (project("tests/data/folds/icosahedron.obj").display().to_string(), vec!["--scale", "30"]),
+    ];
+    match std::env::var_os("BISCALE_DATA").map(|d| PathBuf::from(d).join("meshes")) {
+        None => println!("skipped bunny, spot, teapot and fandisk: BISCALE_DATA is not set"),
+        Some(meshes) => {
+            for (name, scale) in [("bunny.stl", "1.5"), ("spot.obj", "100"), ("teapot.obj", "20"), ("fandisk.obj", "30")] {
+                all.push((meshes.join(name).display().to_string(), vec!["--scale", scale, "--force", "--effort", "0.05"]));
+            }
+        }
+    }
+    all
+}
+
+fn fold(folder: &Folder, source: &str, out: &str, arguments: &[&str]) -> Said {
+    folder.run([&["fold", source, "-o", out], arguments].concat())
+}
+
+/// The first file of an output of one page or several.
+fn first(folder: &Folder, stem: &str, ending: &str) -> String {
+    let one = format!("{stem}.{ending}");
+    if folder.path(&one).exists() { one } else { format!("{stem}-1.{ending}") }
+}
+
+#[test]
+fn every_sample_and_mesh_folds_to_its_design_without_an_overlap() {
+    let folder = Folder::new();
+    let mut patterns = Vec::new();
+    for (k, (source, arguments)) in subjects().iter().enumerate() {
+        let (svg, pattern) = (format!("s{k}.svg"), format!("f{k}.fold"));
+        for out in [&svg, &pattern] {
+            let said = fold(&folder, source, out, arguments);
+            assert_eq!(said.status, 0, "{source}: {}", said.stderr);
+        }
+        for file in [first(&folder, &format!("s{k}"), "svg"), pattern.clone()] {
+            let said = folder.run(["fold", "--verify", &file, "--against", source, "--json"]);
+            let report: serde_json::Value = serde_json::from_str(&said.stdout).unwrap();
+            assert!(said.status == 0 && report["ok"] == true, "{source} as {file}: {}", said.stdout);
+            let report = &report["report"];
+            assert!(report["edge_length_error"].as_f64().unwrap() <= 1e-6 && report["position_error_mm"].as_f64().unwrap() <= 1e-4);
+            assert!(report["overlaps"] == 0 && report["crossings"] == 0 && report["missing_or_double"] == 0, "{source}: {report}");
+        }
+        patterns.push(folder.path(&pattern));
+    }
+    // The same by other people's geometry.
+    let python = project("target/validate-venv/bin/python");
+    if !python.exists() {
+        println!("skipped validate.py: scripts/setup.sh test installs what it uses");
+        return;
+    }
+    let output = Command::new(python).arg(project("fabricate/validate.py")).args(&patterns).output().unwrap();
+    assert!(output.status.success(), "{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert_eq!(String::from_utf8_lossy(&output.stdout).lines().count(), patterns.len());
+}
+
+#[test]
+fn validate_py_finds_what_is_wrong() {
+    let python = project("target/validate-venv/bin/python");
+    if !python.exists() {
+        println!("skipped: scripts/setup.sh test installs what validate.py uses");
+        return;
+    }
+    let folder = Folder::new();
+    assert_eq!(fold(&folder, &sample("pyramids.toml"), "p.fold", &["--scale", "400", "--periods", "2x2"]).status, 0);
+    let good: serde_json::Value = serde_json::from_str(&folder.read("p.fold")).unwrap();
+    let run = |value: &serde_json::Value| {
+        folder.write("bad.fold", value.to_string());
+        Command::new(&python).arg(project("fabricate/validate.py")).arg(folder.path("bad.fold")).output().unwrap()
+    };
+    assert!(run(&good).status.success());
+    let mut angle = good.clone();
+    let fold = angle["edges_assignment"].as_array().unwrap().iter().position(|a| a == "M").unwrap();
+    angle["edges_foldAngle"][fold] = (-20.0).into();
+    let mut overlap = good.clone();
+    let (face, other) = (good["faces_vertices"][0].clone(), good["faces_vertices"][5].clone());
+    for k in 0..3 {
+        let to = good["vertices_coords"][face[k].as_u64().unwrap() as usize].clone();
+        overlap["vertices_coords"][other[k].as_u64().unwrap() as usize] = to;
+    }
+    let mut volume = good.clone();
+    volume["biscale:recipe"]["design_volume_mm3"] = (good["biscale:recipe"]["design_volume_mm3"].as_f64().unwrap() * 1.01).into();
+    for (name, value, word) in [("angle", angle, "differs"), ("overlap", overlap, "overlap"), ("volume", volume, "volume")] {
+        let output = run(&value);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(1) && said.contains(word), "{name}: {said}");
+    }
+}
+
+#[test]
+fn the_verifier_finds_what_is_wrong() {
+    let folder = Folder::new();
+    let material = sample("pyramids.toml");
+    assert_eq!(fold(&folder, &material, "p.svg", &["--scale", "400", "--periods", "2x2"]).status, 0);
+    let page = folder.read("p-1.svg");
+    let lines: Vec<&str> = page.lines().collect();
+    let facets: Vec<usize> = (0..lines.len()).filter(|&k| lines[k].contains("data-facet=")).collect();
+    let scores: Vec<usize> = (0..lines.len()).filter(|&k| lines[k].contains("data-edge=")).collect();
+    let without = |k: usize| [&lines[..k], &lines[k + 1..]].concat().join("\n");
+    let with = |k: usize, line: &str| [&lines[..k], &[line], &lines[k + 1..]].concat().join("\n");
+    let attribute = |line: &str, name: &str| line.split(&format!("{name}=\"")).nth(1).unwrap().split('"').next().unwrap().to_owned();
+    let points = attribute(lines[facets[3]], "points");
+    let (x, rest) = points.split_once(',').unwrap();
+    let moved = format!("{:.8},{rest}", x.parse::<f64>().unwrap() + 0.01);
+    let angle = attribute(lines[scores[2]], "data-angle");
+    let other = attribute(lines[facets[0]], "points");
+    let cases = [
+        ("a facet missing", without(facets[2]), "missing"),
+        ("a facet twice", with(facets[2], &[lines[facets[2]], lines[facets[2]]].join("\n")), "double"),
+        ("a corner moved by 0.01 mm", with(facets[3], &lines[facets[3]].replace(&points, &moved)), "length"),
+        (
+            "an angle off by 0.01 degrees",
+            with(scores[2], &lines[scores[2]].replace(&angle, &format!("{}", angle.parse::<f64>().unwrap() + 0.01))),
+            "fold is off",
+        ),
+        ("a fold line missing", without(scores[2]), "fold is off"),
+        ("a facet on another one", with(facets[4], &lines[facets[4]].replace(&attribute(lines[facets[4]], "points"), &other)), "overlaps"),
+        ("something in the margin", page.replace("<g id=\"print\"", "<polygon points=\"1,1 9,1 9,9\"/><g id=\"print\""), "margin"),
+    ];
+    for (name, text, word) in cases {
+        folder.write("bad-1.svg", &text);
+        let said = folder.run(["fold", "--verify", "bad-1.svg", "--against", &material]);
+        assert!(said.status == 1 && said.stderr.contains("wrong: ") && said.stderr.contains(word), "{name}: {}", said.stderr);
+    }
+    // Another design than the one that the file was made from.
+    let said = folder.run(["fold", "--verify", "p-1.svg", "--against", &sample("pyramids-pentagon.toml")]);
+    assert!(said.status != 0, "{}", said.stderr);
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bytes_at_any_number_of_threads() {
+    let folder = Folder::new();
+    let bumps = sample("hammered.toml");
+    let arguments = ["--scale", "8", "--periods", "1x1", "--max-facets", "120", "--effort", "0.3", "--force"];
+    for (out, more) in [("a.fold", ["--threads", "1"]), ("b.fold", ["--threads", "2"]), ("c.fold", ["--seed", "5"])] {
+        let said = fold(&folder, &bumps, out, &[&arguments[..], &more].concat());
+        assert_eq!(said.status, 0, "{}", said.stderr);
+    }
+    assert_eq!(folder.read("a.fold"), folder.read("b.fold"));
+    assert_ne!(folder.read("a.fold"), folder.read("c.fold"), "another seed searches elsewhere");
+}
+
+#[test]
+fn a_time_limit_ends_the_search_and_says_so() {
+    let folder = Folder::new();
+    let arguments = ["--scale", "8", "--periods", "1x1", "--max-facets", "300", "--effort", "5000", "--time-limit", "300ms", "--force"];
+    let begin = std::time::Instant::now();
+    let said = fold(&folder, &sample("hammered.toml"), "a.fold", &arguments);
+    assert!(said.status == 0 && said.stderr.contains("stopped by the time limit"), "{}", said.stderr);
+    assert!(begin.elapsed().as_secs() < 60, "{:?}", begin.elapsed());
+    let said = folder.run(["fold", "--verify", "a.fold", "--against", &sample("hammered.toml")]);
+    assert_eq!(said.status, 0, "{}", said.stderr);
+}
+
+#[test]
+fn thick_paper_and_split_facets_fold_to_what_their_recipe_says() {
+    let folder = Folder::new();
+    for (source, arguments) in [
+        (sample("pyramids.toml"), &["--scale", "400", "--periods", "3x3", "--paper-thickness", "0.3"][..]),
+        (sample("grooves-two-hue.toml"), &["--scale", "5", "--periods", "2x20", "--split", "--paper-thickness", "0.2"]),
+        (project("tests/data/folds/icosahedron.obj").display().to_string(), &["--scale", "120", "--split"]),
+    ] {
+        let said = fold(&folder, &source, "t.svg", &[arguments, &["--force"]].concat());
+        assert_eq!(said.status, 0, "{source}: {}", said.stderr);
+        let said = folder.run(["fold", "--verify", "t-1.svg", "--against", &source]);
+        assert_eq!(said.status, 0, "{source}: {}", said.stderr);
+        for (path, _) in folder.snapshot() {
+            if path.file_name().unwrap().to_string_lossy().starts_with("t") {
+                std::fs::remove_file(path).unwrap();
+            }
+        }
+    }
+}
+
+#[test]
+fn a_weave_becomes_strips_that_go_over_and_under_as_its_draft_says() {
+    let folder = Folder::new();
+    for (name, arguments) in
+        [("shot-silk.toml", ["--scale", "60", "--periods", "3x2"]), ("towel.toml", ["--scale", "10", "--periods", "1x1"])]
+    {
+        let said = fold(&folder, &sample(name), "w.svg", &[&arguments[..], &["--force"]].concat());
+        assert_eq!(said.status, 0, "{name}: {}", said.stderr);
+        let file = first(&folder, "w", "svg");
+        let said = folder.run(["fold", "--verify", &file, "--against", &sample(name)]);
+        assert!(said.status == 0 && said.stderr.contains("weave to the design"), "{name}: {}", said.stderr);
+        let text = folder.read(&file);
+        folder.write("bad.svg", text.replacen("data-over=\"1\"", "data-over=\"0\"", 1));
+        let said = folder.run(["fold", "--verify", "bad.svg", "--against", &sample(name)]);
+        assert!(said.status == 1 && said.stderr.contains("draft"), "{name}: {}", said.stderr);
+        for (path, _) in folder.snapshot() {
+            if path.extension().is_some_and(|e| e == "svg") {
+                std::fs::remove_file(path).unwrap();
+            }
+        }
+    }
+}
+
+#[test]
+fn a_wrap_sheet_tells_where_its_markers_are() {
+    let folder = Folder::new();
+    let said = fold(
+        &folder,
+        &sample("grooves-two-hue.toml"),
+        "w.svg",
+        &["--on", "cylinder:radius=15,height=100", "--paper-thickness", "0.1", "--force"],
+    );
+    assert_eq!(said.status, 0, "{}", said.stderr);
+    let sidecar: serde_json::Value = serde_json::from_str(&folder.read("w.json")).unwrap();
+    let wrap = &sidecar["wrap"];
+    // 2 pi 15.1 / 4 = 23.72 periods: 24 of 3.9532 mm.
+    assert_eq!(wrap["fit"]["around"], 24);
+    assert!((wrap["fit"]["pitch_mm"].as_f64().unwrap() - std::f64::consts::TAU * 15.1 / 24.0).abs() < 1e-9);
+    assert_eq!(wrap["dictionary"], "DICT_5X5_100");
+    let page = folder.read("w-1.svg");
+    let document = roxmltree::Document::parse(&page).unwrap();
+    for marker in wrap["markers"].as_array().unwrap() {
+        let id = marker["id"].to_string();
+        let drawn = document.descendants().find(|n| n.attribute("data-marker") == Some(&id)).expect("every marker is drawn");
+        let points: Vec<f64> = drawn.attribute("points").unwrap().split([' ', ',']).map(|v| v.parse().unwrap()).collect();
+        let corner = &marker["corners_mm"][3];
+        assert!((points[0] - corner[0].as_f64().unwrap()).abs() < 1e-6, "marker {id}");
+        assert!((297.0 - points[1] - corner[1].as_f64().unwrap()).abs() < 1e-6, "marker {id}");
+    }
+    let kinds: Vec<&str> = wrap["patches"].as_array().unwrap().iter().map(|p| p["kind"].as_str().unwrap()).collect();
+    assert!(kinds.contains(&"design") && kinds.contains(&"grey") && kinds.contains(&"white"), "{kinds:?}");
+    let lines = document.descendants().filter(|n| n.has_attribute("data-period")).count();
+    assert_eq!(lines, 25, "24 periods and the first line again at the seam");
+}
+
+#[test]
+fn the_preview_tells_that_sharper_folds_change_less() {
+    let folder = Folder::new();
+    let change = |radius: &str| {
+        let arguments = ["--periods", "4x4", "--scale", "2", "--preview", "--fold-radius", radius, "--json", "--force"];
+        let said = fold(&folder, &sample("grooves-two-hue.toml"), "p.pdf", &arguments);
+        assert_eq!(said.status, 0, "{}", said.stderr);
+        let value: serde_json::Value = serde_json::from_str(&said.stdout).unwrap();
+        value["summary"]["preview"]["relative_rms"].as_f64().unwrap()
+    };
+    let (little, much) = (change("0.3"), change("1.2"));
+    assert!(little > 0.005 && much > 1.5 * little, "{little} {much}");
+}
