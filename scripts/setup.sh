@@ -2,7 +2,7 @@
 # Everything that building needs, on a Debian-like machine: a C compiler (the linker of Rust programs) and a C++ one, a Rust toolchain, the
 # crates of Cargo.lock. What is there is left alone; when all is there, nothing is asked of the network.
 #
-# usage: scripts/setup.sh [test]     with "test" also rustfmt, clippy and what fabricate/validate.py uses
+# usage: scripts/setup.sh [test]     with "test" also rustfmt, clippy, pdftoppm and what fabricate/validate.py uses
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -81,6 +81,8 @@ fi
 # --- what the tests of folding patterns use: a Python with the Manifold library, in a folder of its own ----------------------
 
 if [ "${1:-}" = test ]; then
+    # Pages are looked at as they would be printed.
+    command -v pdftoppm >/dev/null || install poppler-utils
     venv=target/validate-venv
     wanted=fabricate/requirements.txt
     if ! cmp -s "$wanted" "$venv/installed.txt"; then
