@@ -60,7 +60,7 @@ pub fn hash(mut x: u32) -> u32 {
     x ^ x >> 16
 }
 
-/// A hash of 64 bits (Steele, Lea and Flood 2014, "SplitMix64"'s output of the counter `x`).
+/// A hash of 64 bits (Steele, Lea and Flood 2014, the output of `SplitMix64` for the counter `x`).
 pub fn hash_64(x: u64) -> u64 {
     let mut x = x.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);

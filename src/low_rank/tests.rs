@@ -108,7 +108,7 @@ fn a_power_iteration_comes_near_the_best_error_of_its_rank() {
         true_error(&factors, 200, 90, &matrix) / best
     };
     let (none, one) = (error(Iteration::None), error(Iteration::One));
-    assert!(one >= 1.0 - 1e-9 && one < 1.15 && one < 0.9 * none, "{one} and {none} times the best");
+    assert!((1.0 - 1e-9..1.15).contains(&one) && one < 0.9 * none, "{one} and {none} times the best");
 }
 
 #[test]
