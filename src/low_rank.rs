@@ -84,7 +84,8 @@ pub struct Factors {
     pub energy: f64,
     /// Estimated Frobenius norm of what the projection misses, before the cut.
     ///
-    /// Without power iteration the leave-one-out estimate (Epperly and Tropp 2024); it does not hold with one, where this is the
+    /// Without power iteration the leave-one-out estimate (Epperly and Tropp 2024); it does not hold with one, nor where the vectors are as
+    /// many as the rows or the columns. There this is the
     /// difference of the squared norms, whose floor is 2e-8 of the centred norm.
     pub projection_error: f64,
     /// Frobenius norm of what the energy cut takes away.
@@ -156,8 +157,9 @@ pub fn factor(matrix: &Rows<'_>, params: &Params, check: &dyn Fn() -> Result<()>
     let power: Vec<f64> = values.iter().map(|s| s * s).collect();
     let found: f64 = power.iter().sum();
     let projection_error = match params.iteration {
-        Iteration::None => leave_one_out,
-        Iteration::One => norm_difference(centred_power, found),
+        // As many vectors as the matrix has rows or columns miss nothing, which one fewer would.
+        Iteration::None if l < matrix.rows.min(matrix.columns) => leave_one_out,
+        _ => norm_difference(centred_power, found),
     };
     let rank = rank_of(&power, params.energy * centred_power, ROUNDING * ROUNDING * first.power);
     let kept: f64 = power[..rank].iter().sum();
