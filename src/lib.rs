@@ -30,6 +30,7 @@ pub mod formats;
 pub mod geometry;
 pub mod image_file;
 mod low_discrepancy;
+pub mod low_rank;
 pub mod material;
 pub mod render;
 mod simd;

@@ -60,6 +60,22 @@ pub fn hash(mut x: u32) -> u32 {
     x ^ x >> 16
 }
 
+/// A hash of 64 bits (Steele, Lea and Flood 2014, the output of `SplitMix64` for the counter `x`).
+pub fn hash_64(x: u64) -> u64 {
+    let mut x = x.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ x >> 31
+}
+
+/// A number of the standard normal distribution: number `counter` of the stream `seed` (Box and Muller 1958).
+pub fn gaussian(seed: u64, counter: u64) -> f64 {
+    let bits = hash_64(hash_64(seed) ^ counter);
+    #[expect(clippy::cast_possible_truncation, reason = "each half is one number")]
+    let (radius, turn) = (fraction((bits >> 32) as u32), fraction(bits as u32));
+    (-2.0 * libm::log(radius)).sqrt() * libm::cos(std::f64::consts::TAU * turn)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -93,5 +109,22 @@ mod tests {
     fn seeds_give_other_points() {
         assert_ne!(sobol_2d(5, 1), sobol_2d(5, 2));
         assert_ne!(hash(0), 0);
+    }
+
+    #[test]
+    fn gaussian_numbers_have_the_moments_of_the_normal_distribution_and_neighbours_do_not_correlate() {
+        const COUNT: u64 = 1 << 18;
+        for seed in [0, 1, u64::MAX] {
+            let mean = |f: &dyn Fn(u64) -> f64| (0..COUNT).map(f).sum::<f64>() / COUNT as f64;
+            let power = |n: i32| mean(&|k| gaussian(seed, k).powi(n));
+            // Standard errors: 1/sqrt(COUNT) = .002 times sqrt(1), sqrt(2), sqrt(15), sqrt(96); five of them are allowed.
+            for (n, expected, allowed) in [(1, 0.0, 0.01), (2, 1.0, 0.014), (3, 0.0, 0.038), (4, 3.0, 0.096)] {
+                assert!((power(n) - expected).abs() < allowed, "moment {n} of seed {seed}: {}", power(n));
+            }
+            let neighbours = mean(&|k| gaussian(seed, k) * gaussian(seed, k + 1));
+            assert!(neighbours.abs() < 0.01, "seed {seed}: {neighbours}");
+            let streams = mean(&|k| gaussian(seed, k) * gaussian(seed ^ 5, k));
+            assert!(streams.abs() < 0.01, "seed {seed}: {streams}");
+        }
     }
 }

@@ -11,6 +11,7 @@ mod importance;
 #[cfg(test)]
 mod kernel_tests;
 mod lobes;
+pub mod low_rank;
 mod plan;
 pub mod prepared;
 mod reference;
