@@ -93,15 +93,7 @@ impl Material {
     pub fn parse(source: &Source) -> Result<Self> {
         let root = source.parse()?;
         let top = TableReader::new(source, "", root.get_ref(), 0);
-        match top.integer("format", 0, u32::MAX)? {
-            Some(1) => {}
-            Some(other) => return Err(top.error_at("format", format!("format {other} is not known"), "this version reads `format = 1`")),
-            None => return Err(top.missing("format", "1")),
-        }
-        let name = match top.str("name")? {
-            Some(name) => name.to_owned(),
-            None => source.path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
-        };
+        let name = top.head()?;
         let (unit, unit_mm) = UNITS[top.choice("unit", &UNITS.map(|(unit, _)| unit))?.unwrap_or(2)];
         let Some(table) = top.table("geometry")? else {
             return Err(top.error("there is no [geometry] table", "add one with `kind = ...`; `biscale new` writes an example"));

@@ -132,6 +132,22 @@ impl<'a> TableReader<'a> {
         self.get(key).is_some()
     }
 
+    /// What every file of ours begins with: `format = 1`, which must be there, and its name, by default that of the file.
+    ///
+    /// # Errors
+    /// [`BadInput`] for another format, or none.
+    pub fn head(&self) -> Result<String> {
+        match self.integer("format", 0, u32::MAX)? {
+            Some(1) => {}
+            Some(other) => return Err(self.error_at("format", format!("format {other} is not known"), "this version reads `format = 1`")),
+            None => return Err(self.missing("format", "1")),
+        }
+        Ok(match self.str("name")? {
+            Some(name) => name.to_owned(),
+            None => self.source.path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+        })
+    }
+
     /// A key that has no default is missing.
     pub fn missing(&self, key: &str, wanted: &str) -> Error {
         let table = if self.name.is_empty() { "the file".to_owned() } else { format!("[{}]", self.name) };

@@ -173,15 +173,7 @@ impl Scene {
     pub fn parse_with(source: &Source, instead: Option<&Path>) -> Result<Self> {
         let root = source.parse()?;
         let top = TableReader::new(source, "", root.get_ref(), 0);
-        match top.integer("format", 0, u32::MAX)? {
-            Some(1) => {}
-            Some(other) => return Err(top.error_at("format", format!("format {other} is not known"), "this version reads `format = 1`")),
-            None => return Err(top.missing("format", "1")),
-        }
-        let name = match top.str("name")? {
-            Some(name) => name.to_owned(),
-            None => source.path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
-        };
+        let name = top.head()?;
         let Some(table) = top.table("camera")? else {
             return Err(top.error("there is no [camera] table", "add one; `biscale new scene` writes an example"));
         };
