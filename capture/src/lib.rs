@@ -1,0 +1,3 @@
+//! Photographs in, calibrated linear measurements out.
+
+pub mod weave;
