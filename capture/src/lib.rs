@@ -17,9 +17,13 @@ pub mod lens;
 pub mod light;
 pub mod linear;
 pub mod metadata;
+pub mod noise;
 pub mod photo;
 pub mod pose;
+pub mod report;
 pub mod resample;
+#[cfg(feature = "opencv")]
+pub mod run;
 pub mod sheet;
 pub mod shoot;
 pub mod surface;

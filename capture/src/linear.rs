@@ -1,7 +1,7 @@
 //! From file values to values that are proportional to light.
 
 use crate::photo::{Photo, Picture, Samples};
-use crate::shoot::CameraSpec;
+use crate::shoot::{CameraSpec, SATURATION};
 use biscale::image_file::srgb_to_linear;
 use rayon::prelude::*;
 
@@ -56,12 +56,12 @@ pub fn is_srgb(photo: &Photo, camera: &CameraSpec) -> bool {
 
 /// Sensor values of a photograph: the tone curve undone, black taken off, full scale 1.
 ///
-/// Marks saturated pixels: at `camera.saturation` of the full scale, before anything is taken off. Floats have no full scale of their own: there
-/// it counts in their own units.
+/// Marks saturated pixels: at `camera.saturation`, before anything is taken off. Floats have no full scale: of them none is, unless that is given.
 pub fn sensor(photo: Photo, camera: &CameraSpec, srgb: bool) -> (Picture, Vec<bool>) {
-    let Photo { mut picture, .. } = photo;
+    let Photo { mut picture, samples, .. } = photo;
+    let limit = camera.saturation.unwrap_or(if samples == Samples::Float { f64::INFINITY } else { SATURATION });
     #[expect(clippy::cast_possible_truncation, reason = "samples are f32")]
-    let (limit, black) = (camera.saturation as f32, camera.black as f32);
+    let (limit, black) = (limit as f32, camera.black as f32);
     let [r, g, b] = &picture.planes;
     let saturated = (0..r.len()).into_par_iter().map(|i| r[i] >= limit || g[i] >= limit || b[i] >= limit).collect();
     let scale = 1.0 / (1.0 - black);
@@ -149,7 +149,7 @@ mod tests {
         CameraSpec {
             given: None,
             black: 0.1,
-            saturation: 0.98,
+            saturation: None,
             linear: false,
             full_well_e: None,
             read_noise_e: None,

@@ -39,8 +39,8 @@ pub struct CameraSpec {
     pub given: Option<GivenLens>,
     /// Sensor value without light, of the full scale of 1.
     pub black: f64,
-    /// Value from which on a pixel counts as saturated.
-    pub saturation: f64,
+    /// Value from which on a pixel counts as saturated; without it [`SATURATION`] of the full scale, and for floats, which have none, never.
+    pub saturation: Option<f64>,
     /// The user says that the values are linear, whatever the file says.
     pub linear: bool,
     /// Electrons of a full pixel at ISO 100.
@@ -50,6 +50,9 @@ pub struct CameraSpec {
     /// How the flat field is used.
     pub flat: FlatMethod,
 }
+
+/// Share of the full scale from which on a pixel counts as saturated.
+pub const SATURATION: f64 = 0.98;
 
 /// A lens that is given; sizes come from the photographs.
 #[derive(Clone, Copy, Debug)]
@@ -293,7 +296,7 @@ fn camera(table: Option<TableReader<'_>>) -> Result<CameraSpec> {
     let default = CameraSpec {
         given: None,
         black: 0.0,
-        saturation: 0.98,
+        saturation: None,
         linear: false,
         full_well_e: None,
         read_noise_e: None,
@@ -319,7 +322,7 @@ fn camera(table: Option<TableReader<'_>>) -> Result<CameraSpec> {
     let out = CameraSpec {
         given,
         black: t.f64("black_level", range(0.0, 0.5))?.unwrap_or(default.black),
-        saturation: t.f64("saturation", range(0.01, 1e6))?.unwrap_or(default.saturation),
+        saturation: t.f64("saturation", range(0.01, 1e6))?,
         linear: t.bool("linear")?.unwrap_or(default.linear),
         full_well_e: t.f64("full_well_e", range(10.0, 1e7))?,
         read_noise_e: t.f64("read_noise_e", range(0.0, 1e4))?,

@@ -5,7 +5,7 @@ use crate::shoot::dictionaries;
 use biscale::error::Result;
 use glam::DVec2;
 use opencv::aruco::{self, CORNER_REFINE_NONE, DetectorParameters};
-use opencv::core::{Point2f, Vector};
+use opencv::core::{Mat, Point2f, Vector};
 use opencv::prelude::*;
 
 /// A marker that was found: its number, and its corners from its own upper left clockwise, px.
@@ -117,7 +117,7 @@ pub fn bits(dictionary: &str, id: i32) -> Result<Vec<bool>> {
     let number = number(dictionary).unwrap_or_default();
     let dictionary = aruco::get_predefined_dictionary_i32(number).map_err(failed(what))?;
     let side = whole(cells(number));
-    let mut image = opencv::core::Mat::default();
+    let mut image = Mat::default();
     aruco::draw_marker(&dictionary, id, side, &mut image, 1).map_err(failed(what))?;
     let mut out = Vec::new();
     for row in 1..side - 1 {

@@ -12,12 +12,21 @@ use crate::photo::Picture;
 use biscale::error::{Error, Result};
 use glam::DVec2;
 use opencv::core::{Mat, Point2f, Vector};
-use opencv::prelude::*;
 use rayon::prelude::*;
 
 /// An error of `OpenCV`'s as one of ours.
 pub(crate) fn failed(what: &'static str) -> impl Fn(opencv::Error) -> Error {
     move |e| Error::Numeric(format!("{what}: OpenCV says: {}", e.message.lines().next().unwrap_or_default()))
+}
+
+/// Threads that `OpenCV` may use; 0 for all.
+///
+/// # Errors
+/// What `OpenCV` says.
+pub fn set_threads(threads: u16) -> Result<()> {
+    // For OpenCV, -1 means all, and 0 none beside the caller's.
+    let threads = if threads == 0 { -1 } else { i32::from(threads) };
+    opencv::core::set_num_threads(threads).map_err(failed("threads"))
 }
 
 /// An 8-bit grey picture.
