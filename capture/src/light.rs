@@ -134,10 +134,11 @@ pub fn on_plane(eye: DVec3, direction: DVec3, height: f64) -> Option<DVec3> {
     (t > 0.0 && t.is_finite()).then(|| eye + t * direction)
 }
 
-/// The tip of the shadow that a stick throws, in a plane around its foot: `dark(place)` is the light at a place, relative to paper in the light.
+/// The tip of the shadow that a stick throws, in a plane around its foot: `light_at(place)` is the light at a place, relative to paper in the light.
 ///
 /// Looks along rays from the foot, in steps of `step` to `reach`, mm, for the longest dark line that is not the stick itself as the camera sees it: directions
-/// within 12 degrees of `stick_itself` are left out. `None` if no line is dark.
+/// within 12 degrees of `stick_itself` are left out. `None` if no line is dark, or the longest one
+/// leaves the picture, where `light_at` is `None`.
 pub fn shadow_tip(foot: DVec2, stick_itself: DVec2, reach: f64, step: f64, light_at: &dyn Fn(DVec2) -> Option<f64>) -> Option<DVec2> {
     const DARK: f64 = 0.6;
     const BESIDE_STICK: f64 = 12.0;
@@ -145,29 +146,34 @@ pub fn shadow_tip(foot: DVec2, stick_itself: DVec2, reach: f64, step: f64, light
     let start = 6.0 * step;
     let run = |direction: DVec2| {
         let mut last = 0.0;
-        let (mut missed, mut at) = (0, start);
+        let (mut missed, mut at, mut leaves) = (0, start, false);
         // A few lighter samples in between are noise, or print.
         while at < reach && missed < 4 {
             match light_at(foot + at * direction) {
                 Some(light) if light < DARK => (last, missed) = (at, 0),
                 Some(_) => missed += 1,
-                None => break,
+                None => {
+                    leaves = true;
+                    break;
+                }
             }
             at += step;
         }
-        last
+        (last, leaves)
     };
     let away = |d: DVec2| stick_itself.length() < 1e-9 || d.angle_to(stick_itself).abs().to_degrees() > BESIDE_STICK;
-    let runs: Vec<(f64, DVec2)> = (0..RAYS)
+    let runs: Vec<((f64, bool), DVec2)> = (0..RAYS)
         .map(|k| DVec2::from_angle(f64::from(k) / f64::from(RAYS) * std::f64::consts::TAU))
-        .map(|d| (if away(d) { run(d) } else { 0.0 }, d))
+        .map(|d| (if away(d) { run(d) } else { (0.0, false) }, d))
         .collect();
-    let longest = runs.iter().map(|r| r.0).fold(0.0, f64::max);
-    if longest < start + 4.0 * step {
+    let longest = runs.iter().map(|r| r.0.0).fold(0.0, f64::max);
+    // A shadow that leaves the picture has its tip elsewhere.
+    let leaves = runs.iter().any(|r| r.0.1 && r.0.0 > 0.93 * longest);
+    if leaves || longest < start + 4.0 * step {
         return None;
     }
     // The middle of the rays that reach the end of the shadow, which is as wide as the stick.
-    let sum: DVec2 = runs.iter().filter(|r| r.0 > 0.93 * longest).map(|r| r.1).sum();
+    let sum: DVec2 = runs.iter().filter(|r| r.0.0 > 0.93 * longest).map(|r| r.1).sum();
     Some(foot + (longest + 0.5 * step) * sum.try_normalize()?)
 }
 

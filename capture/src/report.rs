@@ -216,8 +216,14 @@ fn word(severity: Severity) -> &'static str {
 fn checks(out: &mut String, checks: &[Check]) {
     let mut sorted: Vec<&Check> = checks.iter().collect();
     sorted.sort_by_key(|c| std::cmp::Reverse(c.severity));
-    let _ = writeln!(out, "<h2>Checks</h2>\n<table><tr><th></th><th>code</th><th>photograph</th><th></th><th>measured</th><th>limit</th><th>unit</th></tr>");
-    for c in sorted {
+    const HEAD: &str = "<tr><th></th><th>code</th><th>photograph</th><th></th><th>measured</th><th>limit</th><th>unit</th></tr>\n";
+    let _ = write!(out, "<h2>Checks</h2>\n<table>{HEAD}");
+    let first_good = sorted.iter().position(|c| c.severity == Severity::Ok);
+    for (k, c) in sorted.iter().enumerate() {
+        if Some(k) == first_good {
+            // What passed is there for those who look for it.
+            let _ = writeln!(out, "</table>\n<details><summary>{} checks passed</summary>\n<table>{HEAD}", sorted.len() - k);
+        }
         let (s, number) = (word(c.severity), |v: Option<f64>| v.map_or(String::new(), digits));
         let _ = writeln!(
             out,
@@ -230,7 +236,7 @@ fn checks(out: &mut String, checks: &[Check]) {
             escape(&c.unit)
         );
     }
-    out.push_str("</table>\n");
+    out.push_str(if first_good.is_some() { "</table></details>\n" } else { "</table>\n" });
 }
 
 /// A number with four significant digits.

@@ -223,6 +223,8 @@ pub struct Stick {
     pub foot: DVec2,
     /// Its height over the plane of the foot, mm.
     pub height: f64,
+    /// Its radius, mm: its shadow is longer by that.
+    pub radius: f64,
     /// Tip of its shadow in the picture, px.
     pub shadow_px: Option<DVec2>,
 }
@@ -466,8 +468,9 @@ fn photo(t: TableReader<'_>) -> Result<PhotoSpec> {
     if !seconds.is_empty() && seconds.len() != files.len() {
         return Err(t.error_at("seconds", format!("{} times for {} files", seconds.len(), files.len()), "write one time a file, in brackets"));
     }
+    let radius = t.f64("stick_radius_mm", range(0.0, 1e3))?.unwrap_or(0.0);
     let stick = match (t.array::<2>("stick_mm", PLACE)?, t.f64("stick_height_mm", LENGTH)?, t.array::<2>("shadow_px", PIXEL)?) {
-        (Some(foot), Some(height), shadow) => Some(Stick { foot: foot.into(), height, shadow_px: shadow.map(DVec2::from) }),
+        (Some(foot), Some(height), shadow) => Some(Stick { foot: foot.into(), height, radius, shadow_px: shadow.map(DVec2::from) }),
         (Some(_), None, _) => return Err(t.missing("stick_height_mm", "30.0")),
         (None, Some(_), _) | (None, None, Some(_)) => return Err(t.missing("stick_mm", "[0.0, 0.0]")),
         (None, None, None) => None,

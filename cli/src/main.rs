@@ -1,8 +1,10 @@
 //! The command `biscale`: one file a command, and what they share in `options`, `output`, `progress` and `interrupt`.
 
 mod bake;
+mod capture;
 mod check;
 mod check_scene;
+mod check_shoot;
 mod compare;
 mod eval;
 mod fold;
@@ -11,6 +13,8 @@ mod later;
 mod new;
 mod options;
 mod output;
+#[cfg(feature = "capture")]
+mod output_folder;
 mod pairs;
 mod plot;
 mod png_file;
@@ -60,8 +64,8 @@ enum Command {
     Study(later::LaterArgs),
     /// Folding pattern: sheets to print, cut, fold and glue
     Fold(Box<fold::FoldArgs>),
-    /// Photographs to calibrated measurements (not built yet)
-    Capture(later::LaterArgs),
+    /// Photographs to calibrated measurements
+    Capture(capture::CaptureArgs),
     /// Photograph pair to material (not built yet)
     Fit(later::LaterArgs),
     /// Precomputed BRDF tables (not built yet)
@@ -109,7 +113,7 @@ fn run(cli: &Cli) -> Result<u8> {
         Command::Compare(args) => compare::run(args, &cli.common)?,
         Command::Study(_) => later::run("study")?,
         Command::Fold(args) => return fold::run(args, &cli.common),
-        Command::Capture(_) => later::run("capture")?,
+        Command::Capture(args) => return capture::run(args, &cli.common),
         Command::Fit(_) => later::run("fit")?,
         Command::Cache(_) => later::run("cache")?,
         Command::Edit(_) => later::run("edit")?,

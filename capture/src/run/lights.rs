@@ -111,7 +111,9 @@ impl Session<'_> {
             let spot = spec.highlight_px.map(|p| (p, 1.0)).or_else(|| circle::highlight(&luminance, candidate));
             let Some((spot, size)) = spot else { continue };
             let misfit = outline.rms / outline.half_angle / (outline.rays as f64).sqrt();
-            if outline.rays >= 60 && best.as_ref().is_none_or(|b| misfit < b.0) {
+            // Half of the rim must be seen, as a rim and not as edges anywhere.
+            let is_rim = 2 * outline.rays >= circle::RAYS as usize && outline.rms < 0.02 * outline.half_angle;
+            if is_rim && best.as_ref().is_none_or(|b| misfit < b.0) {
                 best = Some((misfit, outline, candidate, spot, size));
             }
         }
@@ -161,12 +163,15 @@ impl Session<'_> {
                     .ok_or("no shadow of the stick is seen: let it fall on white paper, or give its tip as `shadow_px`")?
             }
         };
+        // The end of the shadow is that of the far rim of its top.
+        let away = (shadow - stick.foot).normalize_or_zero();
+        let middle = shadow - stick.radius * away;
         for p in [stick.foot, shadow] {
             view.marks.extend(on_ground(p).map(Mark::Cross));
         }
         view.marks.extend(lens.project(pose.to_camera(tip)).map(Mark::Cross));
         // A pixel and a half of the shadow's end, at the distance of the ground.
         let sigma = 1.5 * pose.to_camera(shadow.extend(ground)).z / lens.focal.x;
-        light::stick(tip, shadow.extend(ground), sigma).ok_or_else(|| "the shadow says that the light is below the ground".to_owned())
+        light::stick(tip, middle.extend(ground), sigma).ok_or_else(|| "the shadow says that the light is below the ground".to_owned())
     }
 }

@@ -21,19 +21,21 @@ pub fn candidates(gray: &Gray) -> Result<Vec<[f64; 3]>> {
         &mut circles,
         opencv::imgproc::HOUGH_GRADIENT,
         1.5,
-        0.1 * size,
-        120.0,
-        40.0,
+        0.05 * size,
+        80.0,
+        25.0,
         whole(0.02 * size),
         whole(0.45 * size),
     )
     .map_err(failed("looking for a ball"))?;
-    Ok(circles.iter().take(8).map(|c| [(f64::from(c[0]) + 0.5) * factor - 0.5, (f64::from(c[1]) + 0.5) * factor - 0.5, f64::from(c[2]) * factor]).collect())
+    Ok(circles.iter().take(60).map(|c| [(f64::from(c[0]) + 0.5) * factor - 0.5, (f64::from(c[1]) + 0.5) * factor - 0.5, f64::from(c[2]) * factor]).collect())
 }
+
+/// Rays that the rim of a ball is looked for along.
+pub const RAYS: u32 = 240;
 
 /// Places of the outline near a circle: along rays from its middle, where the light changes most.
 pub fn outline(image: &impl Grey, [x, y, radius]: [f64; 3]) -> Vec<DVec2> {
-    const RAYS: u32 = 240;
     let middle = DVec2::new(x, y);
     let step = (radius / 200.0).clamp(0.25, 2.0);
     (0..RAYS)
