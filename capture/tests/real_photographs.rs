@@ -62,7 +62,6 @@ fn all_markers_of_the_aruco_and_charuco_photographs_are_found() {
     let ids: Vec<i32> = markers::detect(&gray, "DICT_6X6_250").unwrap().iter().map(|m| m.0).collect();
     assert_eq!(ids, [23, 40, 62, 98, 124, 203]);
     let (_, gray) = read(root.join("gboriginal.png"));
-    println!("gboriginal: {:?}", markers::other_family(&gray, "none").unwrap());
     let grid = Board::grid(5, 7, 40.0, 10.0, "DICT_6X6_250", 0);
     let found = board::detect(&gray, &grid).unwrap();
     assert_eq!((found.markers.len(), found.corners.len()), (35, 140));
