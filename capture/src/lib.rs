@@ -1,0 +1,3 @@
+//! Photographs of a sample to calibrated linear measurements.
+
+pub mod weave;

@@ -1,0 +1,247 @@
+//! What a cloth of a given draft and shape looks like, up to how its threads reflect: the reference a folded repeat is compared with.
+//!
+//! Threads are those of `biscale::geometry::weave`: sections are upright ellipses, centre lines go from crossing to crossing by a
+//! cosine. Of each bin it is known which thread is on top, and the normal there. What light and threads make of it is not known, so for
+//! each of warp and weft the colour is fitted by least squares as a polynomial
+//!
+//! ```text
+//! c0 + c1 nx + c2 ny + c3 nx^2 + c4 ny^2 + c5 z
+//! ```
+//!
+//! of the normal and the height: exact for Lambert's law under any number of lights, and near enough for highlights and for light that
+//! does not reach the depth. What lies between the threads is one colour. The residual tells one draft from another.
+
+use super::fold::Fold;
+use super::grid::Repeat;
+
+/// Regressors of a thread.
+const TERMS: usize = 6;
+
+/// Shape of the cloth; thread widths are shares of the pitch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Shape {
+    /// Thread coordinates of the middle of warp 0 and weft 0.
+    pub middle: [f64; 2],
+    /// Widths of warp and weft over their pitch.
+    pub fill: [f64; 2],
+    /// Height of a section over its width, both directions.
+    pub flatness: f64,
+    /// Amplitude of the centre lines over the mean height of the sections.
+    pub bend: f64,
+    /// Aspect: pitch of the weft over that of the warp.
+    pub aspect: f64,
+}
+
+/// How well a draft and a shape explain a fold.
+#[derive(Clone, Debug)]
+pub(super) struct Fit {
+    /// Sum of squared residuals over the sum of squared deviations from the mean.
+    pub residual: f64,
+    /// Shares of the area where warp, weft and neither are on top.
+    pub shares: [f64; 3],
+}
+
+/// What is on top in a bin.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Top {
+    /// 0 warp, 1 weft, 2 neither.
+    pub what: usize,
+    /// Place across the thread, -1 to 1.
+    pub off: f64,
+    /// Regressors of a thread.
+    pub terms: [f64; TERMS],
+}
+
+impl Shape {
+    /// What is on top at thread coordinates, for labels by crossing.
+    pub fn top(&self, s: f64, t: f64, over: impl Fn(i64, i64) -> bool) -> Top {
+        let (s, t) = (s - self.middle[0], t - self.middle[1]);
+        let widths = [self.fill[0], self.fill[1] * self.aspect];
+        let heights = widths.map(|w| w * self.flatness);
+        let amplitude = 0.25 * (heights[0] + heights[1]) * self.bend;
+        let (i, j) = (s.round(), t.round());
+        // Height and slopes across and along for the thread `k` of a direction.
+        let surface = |direction: usize, across: f64, along: f64, k: f64| -> Option<[f64; 4]> {
+            let pitch = [1.0, self.aspect];
+            let off = (across - k) * pitch[direction] / (0.5 * widths[direction]);
+            if off.abs() >= 1.0 {
+                return None;
+            }
+            let from = along.floor();
+            let side = |at: f64| {
+                let (i, j) = if direction == 0 { (k, at) } else { (at, k) };
+                if over(i as i64, j as i64) == (direction == 0) { amplitude } else { -amplitude }
+            };
+            let (a, b) = (side(from), side(from + 1.0));
+            let (mut z, mut slope) = (a, 0.0);
+            if a != b {
+                let (sin, cos) = (std::f64::consts::PI * (along - from)).sin_cos();
+                z = a * cos;
+                slope = -a * std::f64::consts::PI * sin / pitch[1 - direction];
+            }
+            let root = (1.0 - off * off).sqrt();
+            z += 0.5 * heights[direction] * root;
+            // Near its edge a section stands upright; the slope is bounded where a pixel could not resolve it.
+            let across_slope = -heights[direction] / widths[direction] * off / root.max(0.2);
+            Some([z, across_slope, slope, off])
+        };
+        let warp = surface(0, s, t, i);
+        let weft = surface(1, t, s, j);
+        let (what, [z, across, along, off]) = match (warp, weft) {
+            (Some(a), Some(b)) if a[0] >= b[0] => (0, a),
+            (Some(a), None) => (0, a),
+            (_, Some(b)) => (1, b),
+            (None, None) => return Top { what: 2, off: 0.0, terms: [1.0, 0.0, 0.0, 0.0, 0.0, 0.0] },
+        };
+        let (zx, zy) = if what == 0 { (across, along) } else { (along, across) };
+        let scale = 1.0 / (1.0 + zx * zx + zy * zy).sqrt();
+        let (nx, ny) = (-zx * scale, -zy * scale);
+        Top { what, off, terms: [1.0, nx, ny, nx * nx, ny * ny, z / (amplitude + 0.25 * (heights[0] + heights[1])).max(1e-9)] }
+    }
+
+    /// What is on top in every bin of a fold.
+    pub fn tops<'a>(&'a self, fold: &'a Fold, labels: &'a [bool]) -> impl Iterator<Item = Top> + 'a {
+        let repeat = fold.repeat;
+        (0..fold.colour.len()).map(move |bin| {
+            let (s, t) = place(fold, bin);
+            self.top(s, t, |i, j| labels[repeat.place(i, j)])
+        })
+    }
+
+    /// How well this shape with these labels explains a fold.
+    pub fn fit(&self, fold: &Fold, labels: &[bool]) -> Fit {
+        let mut blocks = [Block::default(), Block::default(), Block::default()];
+        for ((top, colour), &count) in self.tops(fold, labels).zip(&fold.colour).zip(&fold.count) {
+            if count > 0.0 {
+                blocks[top.what].add(&top.terms, colour.map(f64::from), f64::from(count));
+            }
+        }
+        fit_of(&blocks)
+    }
+}
+
+/// What each crossing of a fold adds to the normal equations, for each way its own and its four neighbours' labels can be: with it a
+/// draft is rated by adding up, without looking at the fold again.
+pub(super) struct Table {
+    repeat: Repeat,
+    /// 32 entries a crossing, by the bits of the labels: its own, left, right, below, above.
+    entries: Vec<[Block; 3]>,
+}
+
+/// The crossing itself and its neighbours, in the order of the bits of a [`Table`].
+const AROUND: [(i64, i64); 5] = [(0, 0), (-1, 0), (1, 0), (0, -1), (0, 1)];
+
+impl Table {
+    /// The table of one shape.
+    pub fn new(shape: &Shape, fold: &Fold) -> Self {
+        let repeat = fold.repeat;
+        let mut entries = vec![<[Block; 3]>::default(); 32 * repeat.crossings()];
+        for (bin, (&colour, &count)) in fold.colour.iter().zip(&fold.count).enumerate() {
+            if count <= 0.0 {
+                continue;
+            }
+            let (s, t) = place(fold, bin);
+            let (i, j) = ((s - shape.middle[0]).round() as i64, (t - shape.middle[1]).round() as i64);
+            let first = 32 * repeat.place(i, j);
+            for labels in 0..32_usize {
+                let over = |k: i64, l: i64| {
+                    let bit = AROUND.iter().position(|&a| a == (k - i, l - j));
+                    bit.is_some_and(|bit| labels >> bit & 1 == 1)
+                };
+                let top = shape.top(s, t, over);
+                entries[first + labels][top.what].add(&top.terms, colour.map(f64::from), f64::from(count));
+            }
+        }
+        Self { repeat, entries }
+    }
+
+    /// The residual that labels leave.
+    pub fn residual(&self, labels: &[bool]) -> f64 {
+        let mut blocks = <[Block; 3]>::default();
+        for crossing in 0..labels.len() {
+            let (i, j) = (crossing as i64 % self.repeat.columns, crossing as i64 / self.repeat.columns);
+            let bits = AROUND.iter().enumerate().map(|(bit, &(di, dj))| usize::from(labels[self.repeat.place(i + di, j + dj)]) << bit);
+            let entry = &self.entries[32 * crossing + bits.sum::<usize>()];
+            blocks.iter_mut().zip(entry).for_each(|(b, e)| b.merge(e));
+        }
+        fit_of(&blocks).residual
+    }
+}
+
+/// Thread coordinates of the middle of a bin.
+fn place(fold: &Fold, bin: usize) -> (f64, f64) {
+    let (bx, by, crossing) = (bin % fold.kx, bin / fold.kx % fold.ky, bin / (fold.kx * fold.ky));
+    let (i, j) = (crossing as i64 % fold.repeat.columns, crossing as i64 / fold.repeat.columns);
+    (i as f64 + (bx as f64 + 0.5) / fold.kx as f64, j as f64 + (by as f64 + 0.5) / fold.ky as f64)
+}
+
+fn fit_of(blocks: &[Block; 3]) -> Fit {
+    let total: f64 = blocks.iter().map(|b| b.weight).sum();
+    let mean = [0, 1, 2].map(|c| blocks.iter().map(|b| b.rhs[0][c]).sum::<f64>() / total);
+    let squares: f64 = blocks.iter().map(|b| b.squares).sum();
+    let deviation = squares - total * mean.iter().map(|m| m * m).sum::<f64>();
+    let left: f64 = blocks.iter().enumerate().map(|(k, b)| b.residual(if k == 2 { 1 } else { TERMS })).sum();
+    Fit { residual: (left / deviation.max(1e-12)).max(0.0), shares: [0, 1, 2].map(|k| blocks[k].weight / total) }
+}
+
+/// Normal equations of one kind of surface.
+#[derive(Clone, Debug, Default)]
+struct Block {
+    matrix: [[f64; TERMS]; TERMS],
+    rhs: [[f64; 3]; TERMS],
+    squares: f64,
+    weight: f64,
+}
+
+impl Block {
+    fn add(&mut self, terms: &[f64; TERMS], colour: [f64; 3], weight: f64) {
+        for a in 0..TERMS {
+            let scaled = terms[a] * weight;
+            for b in 0..=a {
+                self.matrix[a][b] += scaled * terms[b];
+            }
+            for c in 0..3 {
+                self.rhs[a][c] += scaled * colour[c];
+            }
+        }
+        self.squares += weight * colour.iter().map(|v| v * v).sum::<f64>();
+        self.weight += weight;
+    }
+
+    fn merge(&mut self, other: &Self) {
+        for a in 0..TERMS {
+            for b in 0..=a {
+                self.matrix[a][b] += other.matrix[a][b];
+            }
+            (0..3).for_each(|c| self.rhs[a][c] += other.rhs[a][c]);
+        }
+        self.squares += other.squares;
+        self.weight += other.weight;
+    }
+
+    /// Sum of squares that `terms` regressors leave, by Cholesky's decomposition; what is determined by other terms is left out.
+    fn residual(&self, terms: usize) -> f64 {
+        if self.weight <= 0.0 {
+            return 0.0;
+        }
+        let mut factor = [[0.0; TERMS]; TERMS];
+        let mut explained = 0.0;
+        let mut y = [[0.0; 3]; TERMS];
+        for a in 0..terms {
+            for b in 0..a {
+                let dot: f64 = (0..b).map(|k| factor[a][k] * factor[b][k]).sum();
+                factor[a][b] = if factor[b][b] > 0.0 { (self.matrix[a][b] - dot) / factor[b][b] } else { 0.0 };
+            }
+            let rest = self.matrix[a][a] - (0..a).map(|k| factor[a][k] * factor[a][k]).sum::<f64>();
+            if rest > 1e-6 * self.matrix[a][a] + 1e-9 * self.weight {
+                factor[a][a] = rest.sqrt();
+                for c in 0..3 {
+                    let dot: f64 = (0..a).map(|k| factor[a][k] * y[k][c]).sum();
+                    y[a][c] = (self.rhs[a][c] - dot) / factor[a][a];
+                    explained += y[a][c] * y[a][c];
+                }
+            }
+        }
+        (self.squares - explained).max(0.0)
+    }
+}
