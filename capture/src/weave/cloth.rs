@@ -60,6 +60,10 @@ pub(super) fn find(scale: &Scale, edges: &Edges, given: Option<&Draft>) -> Optio
             best = Some(own);
         }
     }
+    if let Some(cloth) = &mut best {
+        let pitch = cloth.grid.pitch();
+        labels::sharpen(&cloth.fold, &mut cloth.guesses[0], [pitch.x, pitch.y]);
+    }
     best
 }
 

@@ -260,3 +260,42 @@ fn refine(fold: &Fold, mut guess: Guess, finest: f64) -> Guess {
     }
     guess
 }
+
+/// Fits the shape of the best guess with the blur of the lens.
+pub(super) fn sharpen(fold: &Fold, guess: &mut Guess, pitch: [f64; 2]) {
+    let mut sigma = 0.8;
+    let rate = |shape: &Shape, sigma: f64| shape.fit_blurred(fold, &guess.labels, pitch.map(|p| sigma / p));
+    let mut shape = guess.shape;
+    let mut best = rate(&shape, sigma);
+    let mut step = 0.04;
+    let mut rounds = 0;
+    while step > 0.004 && rounds < 25 {
+        rounds += 1;
+        let mut moved = false;
+        for parameter in 0..7 {
+            for sign in [1.0, -1.0] {
+                let (mut next, mut next_sigma) = (shape, sigma);
+                let change = sign * step;
+                match parameter {
+                    0 | 1 => next.middle[parameter] += change,
+                    2 | 3 => next.fill[parameter - 2] = (next.fill[parameter - 2] + change).clamp(0.3, 1.0),
+                    4 => next.flatness = (next.flatness * (1.0 + 4.0 * change)).clamp(0.08, 1.2),
+                    5 => next.bend = (next.bend * (1.0 + 4.0 * change)).clamp(0.3, 2.5),
+                    _ => next_sigma = (sigma * (1.0 + 4.0 * change)).clamp(0.3, 3.0),
+                }
+                let now = rate(&next, next_sigma);
+                if now < best * (1.0 - 1e-4) {
+                    (shape, sigma, best, moved) = (next, next_sigma, now, true);
+                    break;
+                }
+            }
+        }
+        if !moved {
+            step *= 0.5;
+        }
+    }
+    if std::env::var("SHOW").is_ok() {
+        println!("hard {:.4} {:.3?} blurred {best:.4} {:.3?} sigma {sigma:.2} flat {:.2} bend {:.2} rounds {rounds}", guess.fit.residual, guess.shape.fill, shape.fill, shape.flatness, shape.bend);
+    }
+    guess.shape = shape;
+}

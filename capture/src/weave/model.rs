@@ -5,7 +5,7 @@
 //! each of warp and weft the colour is fitted by least squares as a polynomial
 //!
 //! ```text
-//! c0 + c1 nx + c2 ny + c3 nx^2 + c4 ny^2 + c5 z
+//! c0 + c1 nx + c2 ny + c3 nx^2 + c4 ny^2 + c5 z + c6 z^2
 //! ```
 //!
 //! of the normal and the height: exact for Lambert's law under any number of lights, and near enough for highlights and for light that
@@ -15,7 +15,7 @@ use super::fold::Fold;
 use super::grid::Repeat;
 
 /// Regressors of a thread.
-const TERMS: usize = 6;
+const TERMS: usize = 7;
 
 /// Shape of the cloth; thread widths are shares of the pitch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,12 +91,13 @@ impl Shape {
             (Some(a), Some(b)) if a[0] >= b[0] => (0, a),
             (Some(a), None) => (0, a),
             (_, Some(b)) => (1, b),
-            (None, None) => return Top { what: 2, off: 0.0, terms: [1.0, 0.0, 0.0, 0.0, 0.0, 0.0] },
+            (None, None) => return Top { what: 2, off: 0.0, terms: [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0] },
         };
         let (zx, zy) = if what == 0 { (across, along) } else { (along, across) };
         let scale = 1.0 / (1.0 + zx * zx + zy * zy).sqrt();
         let (nx, ny) = (-zx * scale, -zy * scale);
-        Top { what, off, terms: [1.0, nx, ny, nx * nx, ny * ny, z / (amplitude + 0.25 * (heights[0] + heights[1])).max(1e-9)] }
+        let z = z / (amplitude + 0.25 * (heights[0] + heights[1])).max(1e-9);
+        Top { what, off, terms: [1.0, nx, ny, nx * nx, ny * ny, z, z * z] }
     }
 
     /// What is on top in every bin of a fold.
@@ -117,6 +118,55 @@ impl Shape {
             }
         }
         fit_of(&blocks)
+    }
+}
+
+/// Regressors of both threads and of what lies between.
+const ALL: usize = 2 * TERMS + 1;
+
+impl Shape {
+    /// How well this shape explains a fold that a lens and its pixels have blurred: standard deviations in threads along x and y.
+    ///
+    /// Each bin is the mean of nine points, placed so that they spread like the blur.
+    pub fn fit_blurred(&self, fold: &Fold, labels: &[bool], blur: [f64; 2]) -> f64 {
+        let repeat = fold.repeat;
+        // Three points at -d, 0 and d have variance 2 d^2 / 3.
+        let reach = blur.map(|b| b * 1.5_f64.sqrt());
+        let mut matrix = [[0.0; ALL]; ALL];
+        let mut rhs = [[0.0; 3]; ALL];
+        let (mut squares, mut weight, mut mean) = (0.0, 0.0, [0.0; 3]);
+        for (bin, (&colour, &count)) in fold.colour.iter().zip(&fold.count).enumerate() {
+            if count <= 0.0 {
+                continue;
+            }
+            let (s, t) = place(fold, bin);
+            let mut terms = [0.0; ALL];
+            for point in 0..9 {
+                let (dx, dy) = (f64::from(point % 3 - 1) * reach[0], f64::from(point / 3 - 1) * reach[1]);
+                let top = self.top(s + dx, t + dy, |i, j| labels[repeat.place(i, j)]);
+                if top.what == 2 {
+                    terms[ALL - 1] += 1.0 / 9.0;
+                } else {
+                    (0..TERMS).for_each(|k| terms[top.what * TERMS + k] += top.terms[k] / 9.0);
+                }
+            }
+            let n = f64::from(count);
+            for a in 0..ALL {
+                if terms[a] == 0.0 {
+                    continue;
+                }
+                let scaled = terms[a] * n;
+                for b in 0..=a {
+                    matrix[a][b] += scaled * terms[b];
+                }
+                (0..3).for_each(|c| rhs[a][c] += scaled * f64::from(colour[c]));
+            }
+            squares += n * colour.iter().map(|&v| f64::from(v) * f64::from(v)).sum::<f64>();
+            (0..3).for_each(|c| mean[c] += n * f64::from(colour[c]));
+            weight += n;
+        }
+        let deviation = squares - mean.iter().map(|m| m * m).sum::<f64>() / weight;
+        left_over(&matrix, &rhs, squares, weight, ALL) / deviation.max(1e-12)
     }
 }
 
@@ -219,29 +269,35 @@ impl Block {
         self.weight += other.weight;
     }
 
-    /// Sum of squares that `terms` regressors leave, by Cholesky's decomposition; what is determined by other terms is left out.
+    /// Sum of squares that the first `terms` regressors leave.
     fn residual(&self, terms: usize) -> f64 {
         if self.weight <= 0.0 {
             return 0.0;
         }
-        let mut factor = [[0.0; TERMS]; TERMS];
-        let mut explained = 0.0;
-        let mut y = [[0.0; 3]; TERMS];
-        for a in 0..terms {
-            for b in 0..a {
-                let dot: f64 = (0..b).map(|k| factor[a][k] * factor[b][k]).sum();
-                factor[a][b] = if factor[b][b] > 0.0 { (self.matrix[a][b] - dot) / factor[b][b] } else { 0.0 };
-            }
-            let rest = self.matrix[a][a] - (0..a).map(|k| factor[a][k] * factor[a][k]).sum::<f64>();
-            if rest > 1e-6 * self.matrix[a][a] + 1e-9 * self.weight {
-                factor[a][a] = rest.sqrt();
-                for c in 0..3 {
-                    let dot: f64 = (0..a).map(|k| factor[a][k] * y[k][c]).sum();
-                    y[a][c] = (self.rhs[a][c] - dot) / factor[a][a];
-                    explained += y[a][c] * y[a][c];
-                }
+        left_over(&self.matrix, &self.rhs, self.squares, self.weight, terms)
+    }
+}
+
+/// Sum of squares that the first `terms` regressors leave, by Cholesky's decomposition of their normal equations; a regressor that others
+/// determine is left out.
+fn left_over<const N: usize>(matrix: &[[f64; N]; N], rhs: &[[f64; 3]; N], squares: f64, weight: f64, terms: usize) -> f64 {
+    let mut factor = [[0.0; N]; N];
+    let mut explained = 0.0;
+    let mut y = [[0.0; 3]; N];
+    for a in 0..terms {
+        for b in 0..a {
+            let dot: f64 = (0..b).map(|k| factor[a][k] * factor[b][k]).sum();
+            factor[a][b] = if factor[b][b] > 0.0 { (matrix[a][b] - dot) / factor[b][b] } else { 0.0 };
+        }
+        let rest = matrix[a][a] - (0..a).map(|k| factor[a][k] * factor[a][k]).sum::<f64>();
+        if rest > 1e-6 * matrix[a][a] + 1e-9 * weight {
+            factor[a][a] = rest.sqrt();
+            for c in 0..3 {
+                let dot: f64 = (0..a).map(|k| factor[a][k] * y[k][c]).sum();
+                y[a][c] = (rhs[a][c] - dot) / factor[a][a];
+                explained += y[a][c] * y[a][c];
             }
         }
-        (self.squares - explained).max(0.0)
     }
+    (squares - explained).max(0.0)
 }
