@@ -26,7 +26,7 @@ pub(super) const MAX_TURN: f64 = 0.53;
 /// Bins of a crossing when drafts are searched.
 const COARSE: usize = 8;
 /// Bins of a crossing when shapes are fitted.
-const FINE: (usize, usize) = (8, 16);
+const FINE: (usize, usize) = (8, 14);
 /// Twice as many threads must explain at least this much more.
 const FINER_GAIN: f64 = 0.6;
 /// Threads twice as fine are looked at where the power at their frequency is at least this share of that at half of it.
@@ -62,7 +62,7 @@ pub(super) fn find(scale: &Scale, edges: &Edges, given: Option<&Draft>) -> Optio
     }
     if let Some(cloth) = &mut best {
         let pitch = cloth.grid.pitch();
-        labels::sharpen(&cloth.fold, &mut cloth.guesses[0], [pitch.x, pitch.y]);
+        labels::sharpen_all(&cloth.fold, &mut cloth.guesses, [pitch.x, pitch.y]);
     }
     best
 }
@@ -93,6 +93,6 @@ fn explain(scale: &Scale, grid: Grid, given: Option<&Draft>) -> Cloth {
     let none = |_: usize, _: usize| [0.0; 2];
     let fine = Fold::of(&scale.field, &grid, bins(pitch.x), bins(pitch.y), none);
     let coarse = Fold::of(&scale.field, &grid, COARSE, COARSE, none);
-    let guesses = labels::search(&coarse, &fine, pitch.y / pitch.x, given);
+    let guesses = labels::search(&coarse, &fine, [pitch.x, pitch.y], given);
     Cloth { grid, fold: fine, guesses }
 }

@@ -4,6 +4,7 @@ use super::fold::Fold;
 use super::grid::Repeat;
 use super::model::{Fit, Shape, Table};
 use biscale::geometry::weave::draft::Draft;
+use rayon::prelude::*;
 
 /// A draft with the shape that fits it best.
 #[derive(Clone, Debug)]
@@ -22,8 +23,12 @@ pub(super) struct Guess {
 const EXHAUSTIVE: usize = 8;
 /// Drafts whose shapes are fitted.
 const FINALISTS: usize = 5;
+/// Drafts whose shapes are fitted together with the blur.
+const SHARPENED: usize = 2;
 /// Rounds over all parameters of a shape.
 const MAX_ROUNDS: usize = 40;
+/// The same when blur is fitted too, before the simplex.
+const BLUR_ROUNDS: usize = 12;
 /// Widths before they are fitted.
 const FIRST_FILL: f64 = 0.85;
 
@@ -31,10 +36,10 @@ const FIRST_FILL: f64 = 0.85;
 /// many bins.
 ///
 /// With a `given` draft only its places in the repeat are compared.
-pub(super) fn search(coarse: &Fold, fine: &Fold, aspect: f64, given: Option<&Draft>) -> Vec<Guess> {
+pub(super) fn search(coarse: &Fold, fine: &Fold, pitch: [f64; 2], given: Option<&Draft>) -> Vec<Guess> {
     let mut rated: Vec<Guess> = Vec::new();
     for middle in middles(fine) {
-        let shape = Shape { middle, fill: [FIRST_FILL; 2], flatness: 0.35, bend: 1.0, aspect };
+        let shape = Shape { middle, fill: [FIRST_FILL; 2], flatness: 0.35, bend: 1.0, aspect: pitch[1] / pitch[0] };
         let table = Table::new(&shape, coarse);
         let rate = |labels: Vec<bool>| (table.residual(&labels), labels);
         let mut found: Vec<(f64, Vec<bool>)> = match given {
@@ -60,10 +65,14 @@ pub(super) fn search(coarse: &Fold, fine: &Fold, aspect: f64, given: Option<&Dra
     }
     best_distinct(&mut rated, coarse.repeat, FINALISTS);
     let mut refined: Vec<Guess> = rated.into_iter().map(|guess| refine(coarse, guess, 0.02)).collect();
-    best_distinct(&mut refined, coarse.repeat, 3);
-    let mut refined: Vec<Guess> = refined.into_iter().map(|guess| refine(fine, guess, 0.002)).collect();
-    best_distinct(&mut refined, coarse.repeat, 3);
+    best_distinct(&mut refined, coarse.repeat, SHARPENED);
     refined
+}
+
+/// Fits the shapes of the best guesses with the blur of the lens and sorts them again.
+pub(super) fn sharpen_all(fine: &Fold, guesses: &mut Vec<Guess>, pitch: [f64; 2]) {
+    guesses.par_iter_mut().for_each(|guess| sharpen(fine, guess, pitch));
+    best_distinct(guesses, fine.repeat, SHARPENED);
 }
 
 /// Sorts by residual and keeps the first of each cloth.
@@ -261,31 +270,49 @@ fn refine(fold: &Fold, mut guess: Guess, finest: f64) -> Guess {
     guess
 }
 
-/// Fits the shape of the best guess with the blur of the lens.
-pub(super) fn sharpen(fold: &Fold, guess: &mut Guess, pitch: [f64; 2]) {
-    let mut sigma = 0.8;
-    let rate = |shape: &Shape, sigma: f64| shape.fit_blurred(fold, &guess.labels, pitch.map(|p| sigma / p));
-    let mut shape = guess.shape;
-    let mut best = rate(&shape, sigma);
-    let mut step = 0.04;
+/// Fits the shape of a guess together with the blur of the lens, and estimates how sure its widths are.
+///
+/// A simplex search (Nelder and Mead 1965) over middle, widths, flatness, bend and blur, begun again around its own result.
+fn sharpen(fold: &Fold, guess: &mut Guess, pitch: [f64; 2]) {
+    let start = guess.shape;
+    // Unbounded parameters, each about 1 for a sensible change.
+    let shape_of = |p: &[f64; 7]| {
+        let mut shape = start;
+        (0..2).for_each(|k| shape.middle[k] = start.middle[k] + 0.05 * p[k]);
+        (0..2).for_each(|k| shape.fill[k] = (FIRST_FILL + 0.06 * p[2 + k]).clamp(0.3, 1.0));
+        shape.flatness = (0.4 * (0.4 * p[4]).exp()).clamp(0.1, 1.0);
+        shape.bend = (1.1 * (0.3 * p[5]).exp()).clamp(0.4, 2.5);
+        (shape, (0.8 * (0.3 * p[6]).exp()).clamp(0.3, 3.0))
+    };
+    let rate = |p: &[f64; 7]| {
+        let (shape, sigma) = shape_of(p);
+        // A weak pull to where parameters are likely keeps those that the photograph does not show.
+        let pull: f64 = p.iter().map(|v| v * v).sum();
+        shape.fit_blurred(fold, &guess.labels, pitch.map(|p| sigma / p)) * (1.0 + PULL * pull)
+    };
+    // Widths have several minima: the search begins at the best of a few.
+    let mut best = [0.0; 7];
+    let mut value = f64::INFINITY;
+    for k in 0..18 {
+        let p = [0.0, 0.0, f64::from(k % 3) * 2.0 - 3.5, f64::from(k / 3 % 3) * 2.0 - 3.5, 0.0, f64::from(k / 9) * -2.0, 0.0];
+        let now = shape_of(&p).0.fit(fold, &guess.labels).residual;
+        if now < value {
+            (best, value) = (p, now);
+        }
+    }
+    let mut value = rate(&best);
+    let mut step = 1.0;
     let mut rounds = 0;
-    while step > 0.004 && rounds < 25 {
+    while step > 0.1 && rounds < BLUR_ROUNDS {
         rounds += 1;
         let mut moved = false;
         for parameter in 0..7 {
             for sign in [1.0, -1.0] {
-                let (mut next, mut next_sigma) = (shape, sigma);
-                let change = sign * step;
-                match parameter {
-                    0 | 1 => next.middle[parameter] += change,
-                    2 | 3 => next.fill[parameter - 2] = (next.fill[parameter - 2] + change).clamp(0.3, 1.0),
-                    4 => next.flatness = (next.flatness * (1.0 + 4.0 * change)).clamp(0.08, 1.2),
-                    5 => next.bend = (next.bend * (1.0 + 4.0 * change)).clamp(0.3, 2.5),
-                    _ => next_sigma = (sigma * (1.0 + 4.0 * change)).clamp(0.3, 3.0),
-                }
-                let now = rate(&next, next_sigma);
-                if now < best * (1.0 - 1e-4) {
-                    (shape, sigma, best, moved) = (next, next_sigma, now, true);
+                let mut next = best;
+                next[parameter] += sign * step;
+                let now = rate(&next);
+                if now < value * (1.0 - 1e-4) {
+                    (best, value, moved) = (next, now, true);
                     break;
                 }
             }
@@ -294,8 +321,65 @@ pub(super) fn sharpen(fold: &Fold, guess: &mut Guess, pitch: [f64; 2]) {
             step *= 0.5;
         }
     }
-    if std::env::var("SHOW").is_ok() {
-        println!("hard {:.4} {:.3?} blurred {best:.4} {:.3?} sigma {sigma:.2} flat {:.2} bend {:.2} rounds {rounds}", guess.fit.residual, guess.shape.fill, shape.fill, shape.flatness, shape.bend);
-    }
+    best = simplex(&rate, best, 0.4, EVALUATIONS);
+    let (shape, sigma) = shape_of(&best);
+    guess.fit.residual = shape.fit_blurred(fold, &guess.labels, pitch.map(|p| sigma / p));
+    guess.fit.shares = shape.fit(fold, &guess.labels).shares;
     guess.shape = shape;
+}
+
+/// Share by which a parameter one step off its likely value makes a fit worse.
+const PULL: f64 = 0.005;
+/// Most shapes that one simplex looks at.
+const EVALUATIONS: usize = 120;
+
+/// The lowest point that a simplex of a given size around `start` finds.
+fn simplex<const N: usize>(f: &impl Fn(&[f64; N]) -> f64, start: [f64; N], size: f64, most: usize) -> [f64; N] {
+    let mut points: Vec<([f64; N], f64)> = vec![(start, f(&start))];
+    for k in 0..N {
+        let mut p = start;
+        p[k] += size;
+        points.push((p, f(&p)));
+    }
+    let mut used = N + 1;
+    while used < most {
+        points.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let (lowest, second, highest) = (points[0].1, points[N - 1].1, points[N].1);
+        if highest - lowest < 1e-5 * lowest {
+            break;
+        }
+        let mut middle = [0.0; N];
+        for (p, _) in &points[..N] {
+            (0..N).for_each(|k| middle[k] += p[k] / N as f64);
+        }
+        let worst = points[N].0;
+        let along = |factor: f64| {
+            let mut p = middle;
+            (0..N).for_each(|k| p[k] += factor * (worst[k] - middle[k]));
+            (p, f(&p))
+        };
+        let reflected = along(-1.0);
+        used += 1;
+        if reflected.1 < lowest {
+            let expanded = along(-2.0);
+            used += 1;
+            points[N] = if expanded.1 < reflected.1 { expanded } else { reflected };
+        } else if reflected.1 < second {
+            points[N] = reflected;
+        } else {
+            let contracted = along(if reflected.1 < highest { -0.5 } else { 0.5 });
+            used += 1;
+            if contracted.1 < highest.min(reflected.1) {
+                points[N] = contracted;
+            } else {
+                let best = points[0].0;
+                for point in &mut points[1..] {
+                    (0..N).for_each(|k| point.0[k] = 0.5 * (point.0[k] + best[k]));
+                    point.1 = f(&point.0);
+                }
+                used += N;
+            }
+        }
+    }
+    points.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)).map_or(start, |p| p.0)
 }

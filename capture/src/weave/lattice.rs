@@ -16,12 +16,24 @@ const STRAY: f64 = 0.03;
 const MIN_CYCLES: f64 = 3.5;
 /// Smallest cell of a lattice in square cycles, a few times what the tolerance covers.
 const MIN_CELL: f64 = 9.0;
+/// Peaks that a lattice is judged by first.
+const STRONG: usize = 40;
 /// Peaks from which candidates are made.
 const SEEDS: usize = 14;
-/// A lattice is made finer at most by this factor at once.
-const MAX_PARTS: u32 = 12;
-/// Logarithm of how much better than chance a finer lattice explains the peaks that were missed.
-const MIN_GAIN: f64 = 4.0;
+/// A lattice is made finer at most by this factor.
+const MAX_PARTS: u32 = 24;
+/// Contrast above which a peak between the others speaks for a finer lattice.
+const NEW_CONTRAST: f64 = 4.0;
+/// The most that one point speaks for a lattice: twice the logarithm of its contrast over [`NEW_CONTRAST`], up to this.
+const MOST_GAIN: f64 = 6.0;
+/// What a point without power speaks against it: about half the points of a weave's lattice have none.
+const ABSENCE: f64 = 0.5;
+/// Peaks are looked at up to this order of the basis when a finer lattice is sought.
+const ORDER: f64 = 1.55;
+/// Half width of a strong peak under a Hann window, with its first side lobe, in cycles.
+const LOBE: f64 = 3.2;
+/// What a finer lattice must reach.
+const MIN_GAIN: f64 = 6.0;
 /// Pairs that are refined.
 const FINALISTS: usize = 80;
 
@@ -55,7 +67,8 @@ impl Lattice {
         if peaks.is_empty() {
             return None;
         }
-        let points: Vec<(DVec2, f64)> = peaks.iter().map(|p| (p.frequency / bin, p.contrast.ln().min(8.0))).collect();
+        let all: Vec<(DVec2, f64)> = peaks.iter().map(|p| (p.frequency / bin, p.contrast.ln().min(8.0))).collect();
+        let points = &all[..all.len().min(STRONG)];
         // Half of the plane of frequencies, in square cycles.
         let area = 0.5 / (bin.x * bin.y);
         let mut candidates: Vec<DVec2> = points.iter().take(2 * SEEDS).map(|p| p.0).collect();
@@ -74,68 +87,86 @@ impl Lattice {
         }
         let mut rated: Vec<(f64, Vec<DVec2>)> = Vec::new();
         for (k, &a) in distinct.iter().enumerate() {
-            rated.push((rate(&[a], &points, area, 1.5 * TOLERANCE).0, vec![a]));
+            rated.push((rate(&[a], points, area, 1.5 * TOLERANCE).0, vec![a]));
             for &b in &distinct[..k] {
                 let (a, b) = reduced(a, b);
                 if a.length() >= MIN_CYCLES && a.perp_dot(b).abs() >= MIN_CELL {
-                    rated.push((rate(&[a, b], &points, area, 1.5 * TOLERANCE).0, vec![a, b]));
+                    rated.push((rate(&[a, b], points, area, 1.5 * TOLERANCE).0, vec![a, b]));
                 }
             }
         }
         rated.sort_by(|a, b| b.0.total_cmp(&a.0));
         rated.truncate(FINALISTS);
-        let refined = rated.into_iter().filter_map(|(_, basis)| Self::refine(basis, &points, area));
+        let refined = rated.into_iter().filter_map(|(_, basis)| Self::refine(basis, points, area));
         let best = refined.max_by(|a, b| a.score.total_cmp(&b.score)).filter(|l| l.score > 0.0)?;
-        let mut best = Self::completed(best, &points, area);
-        if let [a, b] = best.basis[..]
-            && a.perp_dot(b) < 0.0
-        {
-            best.basis[1] = -b;
-            best.covariance[1] *= -1.0;
-        }
-        let (a, b) = (best.basis[0] * bin, best.basis.get(1).map(|b| *b * bin));
-        // One error for both axes of a cut that may be oblong: the coarser.
-        let scale = bin.max_element() * bin.max_element();
-        Some(Self { basis: std::iter::once(a).chain(b).collect(), covariance: best.covariance.map(|v| v * scale), ..best })
+        Some(best.in_cycles_per_pixel(bin))
     }
 
-    /// Adds what weak peaks demand: a lattice that misses few is the better one by its score, yet peaks that are no noise and lie
-    /// on a lattice a few times as fine were missed.
-    fn completed(mut best: Self, points: &[(DVec2, f64)], area: f64) -> Self {
-        while let [a, b] = best.basis[..] {
-            let off = |basis: &[DVec2], p: DVec2| (value(basis, nearest(basis, p)) - p).length();
-            let missed: Vec<(DVec2, f64)> = points.iter().copied().filter(|p| off(&best.basis, p.0) >= TOLERANCE).collect();
-            let inverse = DMat2::from_cols(a, b).inverse();
-            let mut finer: Option<(f64, Self)> = None;
-            for &(p, _) in &missed {
-                let c = inverse * p;
-                for parts in 2..=MAX_PARTS {
-                    let n = f64::from(parts);
-                    // All lattices with `parts` as many points that hold this peak's fraction.
-                    let fraction = ((c * n).round()) / n;
-                    if ((fraction - c).x * a + (fraction - c).y * b).length() > TOLERANCE {
+    /// The finer lattice that the spectrum demands: strong peaks alone are those of the threads, and the weaker ones between them say
+    /// after how many threads the cloth repeats.
+    ///
+    /// Of all lattices that hold this one, with up to [`MAX_PARTS`] times its points, the one is taken whose new points hold the most
+    /// and strongest of the peaks that were missed. Points without a peak count against a lattice, so that single peaks between, which an uneven cloth
+    /// has, do not make one.
+    #[must_use]
+    pub fn completed(self, peaks: &[Peak], bin: DVec2) -> Self {
+        let [b1, b2] = self.basis[..] else { return self };
+        let inverse = DMat2::from_cols(b1, b2).inverse();
+        // Coordinates on this lattice and contrast of the peaks that it misses.
+        let missed: Vec<(DVec2, f64)> = peaks
+            .iter()
+            .map(|p| (inverse * p.frequency, p.contrast))
+            .filter(|(f, _)| f.abs().max_element() < ORDER && off(f - f.round(), [b1, b2], bin) > LOBE)
+            .collect();
+        let mut best: Option<(f64, [DVec2; 2])> = None;
+        for parts in 2..=MAX_PARTS {
+            for a in (1..=parts).filter(|a| parts % a == 0) {
+                let c = parts / a;
+                for b in 0..a {
+                    // Shifts by (a, 0) and (b, c) repeats of this lattice's surface: their dual.
+                    let (a, b, c) = (f64::from(a), f64::from(b), f64::from(c));
+                    let fractions = [DVec2::new(1.0 / a, -b / (a * c)), DVec2::new(0.0, 1.0 / c)];
+                    let vectors = fractions.map(|f| b1 * f.x + b2 * f.y);
+                    let (shortest, _) = reduced(vectors[0] / bin, vectors[1] / bin);
+                    if shortest.length() < LOBE {
                         continue;
                     }
-                    let basis = joined([a, b], fraction, parts);
-                    if basis[0].length() < MIN_CYCLES || basis[0].perp_dot(basis[1]).abs() < MIN_CELL {
-                        continue;
+                    let into = DMat2::from_cols(fractions[0], fractions[1]);
+                    let back = into.inverse();
+                    let (mut hits, mut gain) = (0.0, 0.0);
+                    for &(f, contrast) in &missed {
+                        let whole = (back * f).round();
+                        if off(into * whole - f, [b1, b2], bin) < TOLERANCE {
+                            hits += 1.0;
+                            gain += (2.0 * (contrast / NEW_CONTRAST).ln()).clamp(0.0, MOST_GAIN);
+                        }
                     }
-                    let now = missed.iter().filter(|m| off(&basis, m.0) < TOLERANCE).count() as f64;
-                    let chance = (std::f64::consts::PI * TOLERANCE * TOLERANCE / basis[0].perp_dot(basis[1]).abs()).min(0.5);
-                    let expected = chance * missed.len() as f64;
-                    let gain = now * (now / expected.max(1e-3)).max(1e-3).ln() - (now - expected);
-                    if now > expected && now >= 2.0 && gain > MIN_GAIN && finer.as_ref().is_none_or(|f| gain > f.0) {
-                        finer = Self::refine(basis, points, area).map(|l| (gain, l)).or(finer);
+                    // New points in half of the region that is looked at.
+                    let points = f64::from(parts - 1) * 2.0 * ORDER * ORDER;
+                    gain -= ABSENCE * (points - hits).max(0.0);
+                    if gain > best.map_or(MIN_GAIN, |b| b.0) {
+                        best = Some((gain, vectors));
                     }
-                    break;
                 }
             }
-            match finer {
-                Some((_, lattice)) if lattice.explained > best.explained => best = lattice,
-                _ => break,
-            }
         }
-        best
+        let Some((_, [a, b])) = best else { return self };
+        let points: Vec<(DVec2, f64)> = peaks.iter().map(|p| (p.frequency / bin, p.contrast.ln().min(8.0))).collect();
+        let (a, b) = reduced(a / bin, b / bin);
+        Self::refine(vec![a, b], &points, 0.5 / (bin.x * bin.y)).map_or(self, |l| l.in_cycles_per_pixel(bin))
+    }
+
+    /// From cycles over the cut, with a counter-clockwise basis.
+    fn in_cycles_per_pixel(mut self, bin: DVec2) -> Self {
+        if let [a, b] = self.basis[..]
+            && a.perp_dot(b) < 0.0
+        {
+            self.basis[1] = -b;
+            self.covariance[1] *= -1.0;
+        }
+        // One error for both axes of a cut that may be oblong: the coarser.
+        let scale = bin.max_element() * bin.max_element();
+        Self { basis: self.basis.iter().map(|b| *b * bin).collect(), covariance: self.covariance.map(|v| v * scale), ..self }
     }
 
     /// Fits a basis to the peaks that it explains, nearest to 0 first; units are cycles over the cut.
@@ -176,22 +207,9 @@ impl Lattice {
     }
 }
 
-/// Reduced basis of the lattice of `a`, `b` and `fraction` (in parts of them).
-fn joined([a, b]: [DVec2; 2], fraction: DVec2, parts: u32) -> Vec<DVec2> {
-    // The shortest vectors of all points within one cell and its edges.
-    let mut points: Vec<DVec2> = vec![a, b, a + b, a - b];
-    for k in 1..parts {
-        let f = fraction * f64::from(k);
-        let f = f - f.round();
-        let p = a * f.x + b * f.y;
-        points.extend([p, p + a, p - a, p + b, p - b, p + a + b, p - a - b, p + a - b, p - a + b]);
-    }
-    points.retain(|p| p.length() > 1e-6);
-    points.sort_by(|p, q| p.length().total_cmp(&q.length()));
-    let first = points[0];
-    let second = points.iter().copied().find(|p| p.perp_dot(first).abs() > 1e-3 * a.perp_dot(b).abs()).unwrap_or(b);
-    let (first, second) = reduced(first, second);
-    vec![first, second]
+/// Distance in cycles over the cut, from coordinates on a basis.
+fn off(coordinates: DVec2, [b1, b2]: [DVec2; 2], bin: DVec2) -> f64 {
+    ((b1 * coordinates.x + b2 * coordinates.y) / bin).length()
 }
 
 /// `m b1 + n b2`.

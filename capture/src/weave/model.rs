@@ -53,41 +53,36 @@ pub(super) struct Top {
 }
 
 impl Shape {
-    /// What is on top at thread coordinates, for labels by crossing.
-    pub fn top(&self, s: f64, t: f64, over: impl Fn(i64, i64) -> bool) -> Top {
-        let (s, t) = (s - self.middle[0], t - self.middle[1]);
+    /// What is on top at a place relative to the nearest crossing, in threads, each coordinate -0.5 to 0.5; `bits` are the labels of
+    /// the crossing and its neighbours as in [`around`].
+    fn top(&self, ds: f64, dt: f64, bits: usize) -> Top {
         let widths = [self.fill[0], self.fill[1] * self.aspect];
         let heights = widths.map(|w| w * self.flatness);
         let amplitude = 0.25 * (heights[0] + heights[1]) * self.bend;
-        let (i, j) = (s.round(), t.round());
-        // Height and slopes across and along for the thread `k` of a direction.
-        let surface = |direction: usize, across: f64, along: f64, k: f64| -> Option<[f64; 4]> {
+        // Height, slopes across and along, and place across of the thread of a direction.
+        let surface = |direction: usize, across: f64, along: f64| -> Option<[f64; 4]> {
             let pitch = [1.0, self.aspect];
-            let off = (across - k) * pitch[direction] / (0.5 * widths[direction]);
+            let off = across * pitch[direction] / (0.5 * widths[direction]);
             if off.abs() >= 1.0 {
                 return None;
             }
-            let from = along.floor();
-            let side = |at: f64| {
-                let (i, j) = if direction == 0 { (k, at) } else { (at, k) };
-                if over(i as i64, j as i64) == (direction == 0) { amplitude } else { -amplitude }
-            };
-            let (a, b) = (side(from), side(from + 1.0));
-            let (mut z, mut slope) = (a, 0.0);
-            if a != b {
-                let (sin, cos) = (std::f64::consts::PI * (along - from)).sin_cos();
-                z = a * cos;
-                slope = -a * std::f64::consts::PI * sin / pitch[1 - direction];
+            let neighbour = [[4, 3], [2, 1]][direction][usize::from(along < 0.0)];
+            let side = |bit: usize| if (bits >> bit & 1 == 1) == (direction == 0) { amplitude } else { -amplitude };
+            let (here, there) = (side(0), side(neighbour));
+            let (mut z, mut slope) = (here, 0.0);
+            if here != there {
+                // 3 x^2 - 2 x^3 for (1 - cos(pi x)) / 2: they differ by at most 0.01.
+                let x = along.abs();
+                z = here * (1.0 - 2.0 * x * x * (3.0 - 2.0 * x));
+                slope = -12.0 * here * x * (1.0 - x) * along.signum() / pitch[1 - direction];
             }
             let root = (1.0 - off * off).sqrt();
             z += 0.5 * heights[direction] * root;
             // Near its edge a section stands upright; the slope is bounded where a pixel could not resolve it.
-            let across_slope = -heights[direction] / widths[direction] * off / root.max(0.2);
+            let across_slope = -self.flatness * off / root.max(0.2);
             Some([z, across_slope, slope, off])
         };
-        let warp = surface(0, s, t, i);
-        let weft = surface(1, t, s, j);
-        let (what, [z, across, along, off]) = match (warp, weft) {
+        let (what, [z, across, along, off]) = match (surface(0, ds, dt), surface(1, dt, ds)) {
             (Some(a), Some(b)) if a[0] >= b[0] => (0, a),
             (Some(a), None) => (0, a),
             (_, Some(b)) => (1, b),
@@ -100,12 +95,21 @@ impl Shape {
         Top { what, off, terms: [1.0, nx, ny, nx * nx, ny * ny, z, z * z] }
     }
 
+    /// The nearest crossing of thread coordinates, and the place relative to it.
+    fn nearest(&self, s: f64, t: f64) -> (i64, i64, f64, f64) {
+        let (s, t) = (s - self.middle[0], t - self.middle[1]);
+        let (i, j) = (s.round(), t.round());
+        (i as i64, j as i64, s - i, t - j)
+    }
+
     /// What is on top in every bin of a fold.
     pub fn tops<'a>(&'a self, fold: &'a Fold, labels: &'a [bool]) -> impl Iterator<Item = Top> + 'a {
         let repeat = fold.repeat;
+        let bits = around(repeat, labels);
         (0..fold.colour.len()).map(move |bin| {
             let (s, t) = place(fold, bin);
-            self.top(s, t, |i, j| labels[repeat.place(i, j)])
+            let (i, j, ds, dt) = self.nearest(s, t);
+            self.top(ds, dt, bits[repeat.place(i, j)])
         })
     }
 
@@ -127,11 +131,12 @@ const ALL: usize = 2 * TERMS + 1;
 impl Shape {
     /// How well this shape explains a fold that a lens and its pixels have blurred: standard deviations in threads along x and y.
     ///
-    /// Each bin is the mean of nine points, placed so that they spread like the blur.
+    /// Each bin is the mean of nine points, which spread like the blur.
     pub fn fit_blurred(&self, fold: &Fold, labels: &[bool], blur: [f64; 2]) -> f64 {
         let repeat = fold.repeat;
         // Three points at -d, 0 and d have variance 2 d^2 / 3.
         let reach = blur.map(|b| b * 1.5_f64.sqrt());
+        let bits = around(repeat, labels);
         let mut matrix = [[0.0; ALL]; ALL];
         let mut rhs = [[0.0; 3]; ALL];
         let (mut squares, mut weight, mut mean) = (0.0, 0.0, [0.0; 3]);
@@ -143,7 +148,8 @@ impl Shape {
             let mut terms = [0.0; ALL];
             for point in 0..9 {
                 let (dx, dy) = (f64::from(point % 3 - 1) * reach[0], f64::from(point / 3 - 1) * reach[1]);
-                let top = self.top(s + dx, t + dy, |i, j| labels[repeat.place(i, j)]);
+                let (i, j, ds, dt) = self.nearest(s + dx, t + dy);
+                let top = self.top(ds, dt, bits[repeat.place(i, j)]);
                 if top.what == 2 {
                     terms[ALL - 1] += 1.0 / 9.0;
                 } else {
@@ -191,14 +197,10 @@ impl Table {
                 continue;
             }
             let (s, t) = place(fold, bin);
-            let (i, j) = ((s - shape.middle[0]).round() as i64, (t - shape.middle[1]).round() as i64);
+            let (i, j, ds, dt) = shape.nearest(s, t);
             let first = 32 * repeat.place(i, j);
             for labels in 0..32_usize {
-                let over = |k: i64, l: i64| {
-                    let bit = AROUND.iter().position(|&a| a == (k - i, l - j));
-                    bit.is_some_and(|bit| labels >> bit & 1 == 1)
-                };
-                let top = shape.top(s, t, over);
+                let top = shape.top(ds, dt, labels);
                 entries[first + labels][top.what].add(&top.terms, colour.map(f64::from), f64::from(count));
             }
         }
@@ -208,14 +210,22 @@ impl Table {
     /// The residual that labels leave.
     pub fn residual(&self, labels: &[bool]) -> f64 {
         let mut blocks = <[Block; 3]>::default();
-        for crossing in 0..labels.len() {
-            let (i, j) = (crossing as i64 % self.repeat.columns, crossing as i64 / self.repeat.columns);
-            let bits = AROUND.iter().enumerate().map(|(bit, &(di, dj))| usize::from(labels[self.repeat.place(i + di, j + dj)]) << bit);
-            let entry = &self.entries[32 * crossing + bits.sum::<usize>()];
+        for (crossing, bits) in around(self.repeat, labels).into_iter().enumerate() {
+            let entry = &self.entries[32 * crossing + bits];
             blocks.iter_mut().zip(entry).for_each(|(b, e)| b.merge(e));
         }
         fit_of(&blocks).residual
     }
+}
+
+/// For each different crossing the labels of itself, left, right, below, above, as bits from the lowest.
+fn around(repeat: Repeat, labels: &[bool]) -> Vec<usize> {
+    let bits = |crossing: usize| {
+        let (i, j) = (crossing as i64 % repeat.columns, crossing as i64 / repeat.columns);
+        let bit = |(bit, &(di, dj)): (usize, &(i64, i64))| usize::from(labels[repeat.place(i + di, j + dj)]) << bit;
+        AROUND.iter().enumerate().map(bit).sum()
+    };
+    (0..labels.len()).map(bits).collect()
 }
 
 /// Thread coordinates of the middle of a bin.

@@ -14,7 +14,7 @@ pub(super) struct Edges {
 /// Directions in half a turn.
 const BINS: usize = 720;
 /// Half width of the window in which the direction is averaged, in degrees.
-const WINDOW_DEG: f64 = 9.0;
+const WINDOW_DEG: f64 = 4.0;
 
 impl Edges {
     /// Gradients of brightness, smoothed over 3 x 3 pixels (Scharr's weights, whose direction is right within a tenth of a degree).

@@ -22,7 +22,7 @@ const SIDE: usize = 1024;
 /// A photograph is not reduced below this side.
 const MIN_SIDE: usize = 48;
 /// Most peaks that are looked at.
-const PEAKS: usize = 40;
+const PEAKS: usize = 160;
 /// A finer scale is taken if its lattice explains peaks at least this well compared with the best.
 const GOOD_SHARE: f64 = 0.5;
 /// Threads wider than this many pixels are looked at in a coarser scale, where more of them are seen.
@@ -56,7 +56,9 @@ pub(super) fn find(photo: &Photo<'_>) -> Result<Scale, (f64, f64)> {
     while chosen + 1 < scales.len() && good(&scales[chosen + 1]) && scales[chosen].spacing() > LARGE {
         chosen += 1;
     }
-    Ok(scales.swap_remove(chosen))
+    let mut scale = scales.swap_remove(chosen);
+    scale.lattice = scale.lattice.completed(&scale.peaks, scale.spectrum.bin());
+    Ok(scale)
 }
 
 /// Logarithm of how much better than chance a lattice must explain the peaks.

@@ -62,6 +62,12 @@ fn plain_cloth_and_twills_are_named_and_measured() {
     }
 }
 
+fn save(picture: &Picture, path: &str) {
+    let top = picture.rgb.iter().flatten().fold(0.0_f32, |a, &b| a.max(b)) * 0.7;
+    let bytes: Vec<u8> = picture.rgb.iter().flat_map(|p| p.map(|v| ((v / top).clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0) as u8)).collect();
+    image::save_buffer(path, &bytes, picture.width as u32, picture.height as u32, image::ColorType::Rgb8).unwrap();
+}
+
 /// How one random cloth was understood.
 struct Outcome {
     class: Class,
@@ -84,12 +90,14 @@ fn cached(cloth: &Cloth) -> Picture {
     picture
 }
 
-fn try_catalogue(count: usize, seed: u64) -> Vec<Outcome> {
+fn try_catalogue(count: usize, seed: u64, only: Option<usize>) -> Vec<Outcome> {
     let mut random = cloth::Random(seed);
     let cloths: Vec<(Class, Cloth)> = (0..count).map(|k| catalogue::random_cloth(k, &mut random)).collect();
     cloths
         .into_iter()
-        .map(|(class, cloth)| {
+        .enumerate()
+        .filter(|(k, _)| only.is_none_or(|o| o == *k))
+        .map(|(_, (class, cloth))| {
             let picture = cached(&cloth);
             let clock = std::time::Instant::now();
             let found = see(&picture);
@@ -105,8 +113,14 @@ fn table_of_random_cloths() {
     let count = std::env::var("COUNT").map_or(40, |s| s.parse().unwrap());
     let mut wrong = 0;
     let mut widths: Vec<f64> = Vec::new();
-    for (k, outcome) in try_catalogue(count, seed).into_iter().enumerate() {
+    let only: Option<usize> = std::env::var("ONLY").ok().map(|s| s.parse().unwrap());
+    for (k, outcome) in try_catalogue(count, seed, only).into_iter().enumerate() {
+        let k = only.unwrap_or(k);
         let Outcome { class, cloth, found, seconds } = outcome;
+        if let Ok(folder) = std::env::var("PICTURES") {
+            println!("{cloth:?}");
+            save(&cached(&cloth), &format!("{folder}/{k}.png"));
+        }
         let Some(weave) = found.weave else {
             println!("{k} {class}: nothing {:?} {:.1?}", found.findings.iter().map(|f| f.code).collect::<Vec<_>>(), cloth.pitch);
             wrong += 1;
@@ -141,5 +155,7 @@ fn table_of_random_cloths() {
         );
     }
     widths.sort_by(f64::total_cmp);
-    println!("{wrong} of {count} wrong; widths: median {:.1} %, 90 % {:.1} %", widths[widths.len() / 2], widths[widths.len() * 9 / 10]);
+    if !widths.is_empty() {
+        println!("{wrong} of {count} wrong; widths: median {:.1} %, 90 % {:.1} %", widths[widths.len() / 2], widths[widths.len() * 9 / 10]);
+    }
 }
