@@ -360,20 +360,22 @@ impl Session<'_> {
             }
             None => None,
         };
-        let (picture, mm_per_px, origin) = match rectified {
-            Some(Rectified { masked, mm_per_px, origin }) => (masked.picture, Some(mm_per_px), origin),
+        let (picture, good, mm_per_px, origin) = match rectified {
+            Some(Rectified { masked, mm_per_px, origin }) => (masked.picture, masked.good, Some(mm_per_px), origin),
             None => {
                 if spec.mm_per_px.is_none() {
                     let message = "nothing tells how large the close-up is: periods are in pixels; let it show a marker, or write `mm_per_px`";
                     self.checks.add(Code::NoScale, Severity::Warn, Some(name), message);
                 }
-                (linear.picture.clone(), spec.mm_per_px, DVec2::ZERO)
+                let good = linear.saturated.iter().map(|s| !s).collect();
+                (linear.picture.clone(), good, spec.mm_per_px, DVec2::ZERO)
             }
         };
         let file = format!("{stem}-rectified.exr");
         self.report.close_up(&picture, mm_per_px);
+        let weave = self.weave(&picture, &good, mm_per_px, name)?;
         write::exr(picture, &self.folder.join(&file), name)?;
-        Ok(Some(CloseUp { file, mm_per_px, origin_mm: origin.to_array(), weave: None }))
+        Ok(Some(CloseUp { file, mm_per_px, origin_mm: origin.to_array(), weave }))
     }
 }
 

@@ -26,7 +26,7 @@ mod spectrum;
 
 pub use class::{Class, Direction};
 pub use finding::{Code, Finding};
-pub use report::{Analysis, Axis, Measured, Weave};
+pub use report::{Analysis, Axis, MIN_PIXELS_A_THREAD, Measured, Weave};
 
 use biscale::error::{BadInput, Result};
 use biscale::geometry::weave::draft::Draft;
