@@ -68,8 +68,9 @@ pub const SEAM: f64 = 10.0;
 /// Side of a marker with its frame, mm, and the white around it.
 const MARKER: f64 = 14.0;
 const QUIET: f64 = 2.0;
-/// Distance of markers from middle to middle, about, mm: from every side of a cylinder as thick as a thumb two columns are seen.
-const MARKER_PITCH: f64 = 30.0;
+/// Distance of markers from middle to middle, about, mm: from every side of a cylinder several columns are seen. A large sheet has them farther apart,
+/// for the dictionary has 100.
+const MARKER_PITCH: f64 = 20.0;
 /// Side of a colour patch, mm.
 const PATCH: f64 = 8.0;
 /// Steps of the grey wedge.
@@ -286,7 +287,8 @@ fn lines(page: &mut Page, target: Target, fit: Fit, extent: DVec2, at: &impl Fn(
 /// Markers along the border of a rectangle: at its corners and in between, so that a few are always seen.
 fn markers(page: &mut Page, low: DVec2, high: DVec2) -> Vec<Marker> {
     let size = high - low;
-    let count = |length: f64| ((length / MARKER_PITCH).floor() as usize).max(1);
+    let pitch = MARKER_PITCH.max(2.0 * (size.x + size.y) / crate::aruco::DICT_5X5_100.len() as f64);
+    let count = |length: f64| ((length / pitch).floor() as usize).max(1);
     let (nx, ny) = (count(size.x - MARKER), count(size.y - MARKER));
     let mut places: Vec<DVec2> = Vec::new();
     let first = low + QUIET;
