@@ -4,18 +4,18 @@
 //! report progress and to be stopped) in [`Control`], so that no stage reads a global.
 
 mod cluster_sums;
-mod demand;
+pub(crate) mod demand;
 mod direct;
 mod estimate;
 mod importance;
 #[cfg(test)]
 mod kernel_tests;
-mod lobes;
+pub(crate) mod lobes;
 pub mod low_rank;
 mod plan;
 pub mod prepared;
 mod reference;
-mod sums;
+pub(crate) mod sums;
 
 use crate::direction::Pair;
 use crate::error::{BadInput, Error, Result};
