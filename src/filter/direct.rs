@@ -120,7 +120,13 @@ pub(super) fn traced<'a>(
     // Clusters of unequal normals are a model, whose error must leave room for that of the samples. A plan repeats what was chosen for
     // the tolerance of its day.
     let mut narrowed = plan.map_or(0, |plan| plan.narrowed);
-    let tracer = |narrowed: usize| Tracer::new(small, clustering(small, long, WIDTHS[narrowed]).as_ref(), seed, control);
+    // Clusters count facets, which must all stand for the same: where a plan spreads them unevenly, whatever surface it was made for, each
+    // is summed by itself.
+    let even = !plan.is_some_and(|plan| plan.weighted);
+    let tracer = |narrowed: usize| {
+        let clustering = clustering(small, long, WIDTHS[narrowed]).filter(|_| even);
+        Tracer::new(small, clustering.as_ref(), seed, control)
+    };
     let mut run = Run {
         small,
         tracer: tracer(narrowed),
