@@ -7,6 +7,7 @@
 pub mod map;
 pub mod materials;
 pub mod normals;
+pub mod rates;
 
 use crate::low_rank::{Iteration, Params};
 use map::Projection;
