@@ -30,7 +30,8 @@ pub fn random(small: &SmallScale, surface: &Surface, count: usize, seed: u32) ->
         let (triangle, along, _, place) = density.locate(first);
         (triangle, surface.barycentric(triangle, along, second), place)
     };
-    let position = |triangle: usize, weights: [f64; 3]| -> DVec3 { surface.corners(triangle).iter().zip(weights).map(|(v, w)| *v * w).sum() };
+    let position =
+        |triangle: usize, weights: [f64; 3]| -> DVec3 { surface.corners(triangle).iter().zip(weights).map(|(v, w)| *v * w).sum() };
     let points: Vec<(usize, [f64; 3], f64)> = (0..count).map(point).collect();
     let mut tree = KdTree::new(3);
     for (k, (triangle, weights, _)) in points.iter().enumerate() {

@@ -151,7 +151,8 @@ impl Product {
     pub fn new(n: Basis<'_>, m: Basis<'_>, columns: &[[usize; 2]]) -> Self {
         let (rank_n, rank_m) = (n.right.ncols(), m.right.ncols());
         let sum = |f: &dyn Fn(usize, usize) -> f64| columns.iter().map(|&[j, c]| f(j, c)).sum::<f64>();
-        let some = |basis: Basis<'_>, which: usize| Mat::from_fn(columns.len(), basis.right.ncols(), |x, k| basis.right[(columns[x][which], k)]);
+        let some =
+            |basis: Basis<'_>, which: usize| Mat::from_fn(columns.len(), basis.right.ncols(), |x, k| basis.right[(columns[x][which], k)]);
         let mut both = Mat::zeros(rank_n, rank_m);
         matmul(both.as_mut(), Accum::Replace, some(n, 0).transpose(), some(m, 1).as_ref(), 1.0, Par::Seq);
         Self {
@@ -210,7 +211,8 @@ mod tests {
         let brdf = rough();
         let colour = principal_colour(&brdf, samples(&Map::hemisphere(Projection::Paraboloid, 4))).unwrap();
         let pairs = PairRows { count: grid.directions.len(), reciprocal: true };
-        let m = Tabulated { brdf: &brdf, colour, directions: &grid, pairs, normals: &sphere.directions, solid_angles: &sphere.solid_angles };
+        let m =
+            Tabulated { brdf: &brdf, colour, directions: &grid, pairs, normals: &sphere.directions, solid_angles: &sphere.solid_angles };
         // Some of the normals, seen by made-up amounts that vary smoothly with the pair, and a little at random.
         let columns: Vec<usize> = (0..sphere.directions.len()).step_by(3).collect();
         let seen = |k: usize, j: usize| {

@@ -138,7 +138,7 @@ mod tests {
     use super::super::Variant;
     use super::*;
     use crate::facets::{Density, Runs, Surface, sample};
-    use crate::low_rank::{Factors, Rows, factor};
+    use crate::low_rank::{Factors, Params, Rows, factor};
     use crate::material::{Material, SmallScale};
     use crate::visibility::raster;
     use std::path::Path;
@@ -156,7 +156,7 @@ mod tests {
         let small = Material::load(&path).unwrap().build().unwrap();
         let surface = Surface::new(&small, None);
         let facets = sample(&small, &surface, &Density::uniform(&surface), Runs::of_block(0, 2048, 0, 1), 3);
-        let map = Map::hemisphere(variant.projection(), 12);
+        let map = Map::hemisphere(variant.choices().projection, 12);
         let words = facets.triangle.len() / 64;
         let mut bits = Bits { words, rows: vec![0; words * map.directions.len()] };
         for (row, &w) in bits.rows.chunks_mut(words).zip(&map.directions) {
@@ -198,8 +198,8 @@ mod tests {
 
     /// Errors of eq. 8 with the whole of N, and of eq. 12 with its factors, against sums facet by facet; and the factors.
     fn errors(tile: &str, variant: Variant) -> (f64, f64, Factors) {
-        let seen = seen(tile, variant);
-        let bins = Bins::new(&seen.facets, 0..seen.facets.triangle.len(), &Map::sphere(variant.projection(), 16), variant.normals());
+        let (seen, choices) = (seen(tile, variant), variant.choices());
+        let bins = Bins::new(&seen.facets, 0..seen.facets.triangle.len(), &Map::sphere(choices.projection, 16), choices.normals);
         let columns = bins.columns(&seen.facets);
         let pairs = PairRows { count: seen.map.directions.len(), reciprocal: true };
         let write = |rows: Range<usize>, out: &mut [f64]| {
@@ -210,7 +210,8 @@ mod tests {
         let rows = pairs.rows();
         let mut table = vec![0.0; rows * columns];
         write(0..rows, &mut table);
-        let factors = factor(&Rows { rows, columns, write: &write }, &variant.params(1), &|| Ok(())).unwrap();
+        let params = Params { iteration: choices.iteration, seed: 1, ..Params::default() };
+        let factors = factor(&Rows { rows, columns, write: &write }, &params, &|| Ok(())).unwrap();
         let (whole, truth) = sums(&seen, &bins, &|k, j| table[k * columns + j]);
         let (low, _) = sums(&seen, &bins, &|k, j| factors.entry(k, j));
         (relative_rms(&whole, &truth), relative_rms(&low, &truth), factors)

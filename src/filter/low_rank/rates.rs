@@ -10,6 +10,7 @@ use crate::low_discrepancy::{fraction, hash_64};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
+use std::ops::RangeInclusive;
 
 /// Share of the power that interpolation between directions may miss (section 5).
 const DIRECTIONS_THRESHOLD: f64 = 0.02;
@@ -18,7 +19,7 @@ const NORMALS_THRESHOLD: f64 = 0.01;
 /// Sides of the largest maps: about 1,800 directions, whose pairs are 1.6 million rows, and 6,400 normals. The paper clamps `M` to 1.7 million
 /// rows and 6,400 columns (section 5).
 pub const LARGEST: Sides = Sides { directions: 48, normals: 64 };
-/// Side of the smallest maps.
+/// Side of the smallest map of normals.
 const SMALLEST: usize = 2;
 /// Samples of an integral.
 const SAMPLES: u32 = 1 << 14;
@@ -85,14 +86,15 @@ fn samples(brdf: &Brdf, colour: &Colour) -> Vec<Sample> {
 
 /// Share of the power that `approximate` misses.
 fn missed(samples: &[Sample], approximate: impl Fn(&Sample) -> f64 + Sync) -> f64 {
-    let add = |[miss, power]: [f64; 2], s: &Sample| [miss + s.weight * (approximate(s) - s.value).powi(2), power + s.weight * s.value * s.value];
+    let add =
+        |[miss, power]: [f64; 2], s: &Sample| [miss + s.weight * (approximate(s) - s.value).powi(2), power + s.weight * s.value * s.value];
     let parts: Vec<[f64; 2]> = samples.par_chunks(1024).map(|chunk| chunk.iter().fold([0.0; 2], add)).collect();
     let [miss, power] = parts.iter().fold([0.0; 2], |[a, b], p| [a + p[0], b + p[1]]);
     if power > 0.0 { miss / power } else { 0.0 }
 }
 
-/// Sides for a BRDF along its colour direction, none above `largest`.
-pub fn find(brdf: &Brdf, colour: &Colour, projection: Projection, largest: Sides) -> Rates {
+/// Sides for a BRDF along its colour direction, none above `largest`, and that of directions not below `least_directions`.
+pub fn find(brdf: &Brdf, colour: &Colour, projection: Projection, least_directions: usize, largest: Sides) -> Rates {
     let samples = samples(brdf, colour);
     let by_normals = |side: usize| {
         let map = Map::sphere(projection, side);
@@ -111,15 +113,14 @@ pub fn find(brdf: &Brdf, colour: &Colour, projection: Projection, largest: Sides
             sum
         })
     };
-    let (normals, missed_by_normals) = bisect(largest.normals, NORMALS_THRESHOLD, by_normals);
-    let (directions, missed_by_directions) = bisect(largest.directions, DIRECTIONS_THRESHOLD, by_directions);
+    let (normals, missed_by_normals) = bisect(SMALLEST..=largest.normals, NORMALS_THRESHOLD, by_normals);
+    let (directions, missed_by_directions) = bisect(least_directions..=largest.directions, DIRECTIONS_THRESHOLD, by_directions);
     Rates { sides: Sides { directions, normals }, missed_by_directions, missed_by_normals }
 }
 
-/// The smallest side up to `largest` whose error is within the threshold, if the error falls with the side, and its error; `largest` if none
-/// is.
-fn bisect(largest: usize, threshold: f64, error: impl Fn(usize) -> f64) -> (usize, f64) {
-    let (mut low, mut high) = (SMALLEST.min(largest), largest);
+/// The smallest side whose error is within the threshold, if the error falls with the side, and its error; the largest if none is.
+fn bisect(sides: RangeInclusive<usize>, threshold: f64, error: impl Fn(usize) -> f64) -> (usize, f64) {
+    let (mut low, mut high) = (*sides.start().min(sides.end()), *sides.end());
     let mut of_high = None;
     while low < high {
         let middle = usize::midpoint(low, high);
@@ -143,7 +144,7 @@ mod tests {
     }
 
     fn rates(brdf: &Brdf, largest: Sides) -> Rates {
-        find(brdf, &[1.0 / 3.0_f64.sqrt(); 3], Projection::Paraboloid, largest)
+        find(brdf, &[1.0 / 3.0_f64.sqrt(); 3], Projection::Paraboloid, SMALLEST, largest)
     }
 
     #[test]
