@@ -160,7 +160,7 @@ pub struct Summary {
 }
 
 /// The matrices of one surface in the low-rank method: their sizes, rows and columns, and what was kept of them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct LowRankFacts {
     /// Place of the surface.
     pub surface: usize,

@@ -16,7 +16,7 @@ fn grooves(folder: &Folder, more: &[&str]) -> Said {
 }
 
 /// A very short study of the plane: its list of pairs, and few methods.
-const PLANE: [&str; 8] = ["study", "m.toml", "-o", "out", "--quick", "--pairs", "p.csv", "--methods"];
+const PLANE: [&str; 9] = ["study", "m.toml", "-o", "out", "--quick", "--no-pictures", "--pairs", "p.csv", "--methods"];
 
 fn object(said: &Said) -> Value {
     assert_eq!(said.status, 0, "{}", said.stderr);
@@ -36,7 +36,7 @@ fn number(row: &BTreeMap<String, String>, column: &str) -> f64 {
 #[test]
 fn a_short_study_measures_every_method_and_writes_plots_and_a_report() {
     let folder = Folder::new();
-    let summary = object(&grooves(&folder, &[]));
+    let summary = object(&grooves(&folder, &["--no-pictures"]));
     let rows = rows(&folder);
     let find = |question: &str, setting: &str| {
         let found = rows.iter().find(|r| r["question"] == question && r["setting"] == setting);
@@ -56,6 +56,12 @@ fn a_short_study_measures_every_method_and_writes_plots_and_a_report() {
     }
     let [chance, sobol] = ["random", "low-discrepancy"].map(|p| number(find("list", &format!("points:{p}:f64:2048")), "error"));
     assert!(chance > 3.0 * sobol, "{chance} at random, {sobol} by low discrepancy");
+    let paper = find("table", "lowrank:paper:facets=512:directions=13:rates=24x32:energy=0.995,0.98");
+    let facts: Value = serde_json::from_str(&paper["low_rank"]).unwrap();
+    assert!(facts.as_array().unwrap().len() == 2 && facts[0]["m_rank"].as_u64().unwrap() > 0, "{paper:?}");
+    assert!(number(paper, "error") < 0.5 && number(paper, "precomputed_s") >= 0.0 || paper["precomputed_s"].is_empty(), "{paper:?}");
+    assert!(rows.iter().any(|r| r["setting"].starts_with("lowrank:paper") && !r["precomputed_s"].is_empty()), "M was never computed");
+    assert!(!folder.path("out/.lowrank-cache").exists(), "compressed BRDFs are left behind");
     let bounces = find("list", "reference:tolerance=0.01:bounces=4");
     assert!(number(bounces, "bias") > 0.05, "grooves of this albedo reflect light more than once: {bounces:?}");
     let report = folder.read("out/report.md");
@@ -67,6 +73,7 @@ fn a_short_study_measures_every_method_and_writes_plots_and_a_report() {
         "## Tolerances",
         "## Placement and precision",
         "## Interreflections",
+        "## Ranks and the energy kept",
         "## PSNR",
         "Table 4",
     ] {
@@ -84,6 +91,28 @@ fn a_short_study_measures_every_method_and_writes_plots_and_a_report() {
     }
     let frontier = summary["frontier"].as_array().unwrap();
     assert!(frontier.len() > 3 && frontier.iter().all(|f| f["error"].as_f64().unwrap() < 0.1), "{frontier:?}");
+}
+
+#[test]
+fn pictures_are_rendered_compared_and_not_made_twice() {
+    let folder = Folder::new();
+    let study = || object(&grooves(&folder, &["--methods", "direct,lowrank", "--pairs", "p.csv"]));
+    study();
+    let report = folder.read("out/report.md");
+    for scene in ["sphere", "ring"] {
+        for name in ["direct-rough", "lowrank-paper", "lowrank-improved"] {
+            let panels = format!("pictures/{scene}-direct-fine-and-{name}.png");
+            assert!(report.contains(&format!("({panels})")), "no {panels} in:\n{report}");
+            assert!(std::fs::read(folder.path(&format!("out/{panels}"))).unwrap().starts_with(b"\x89PNG"), "{panels}");
+        }
+        assert_eq!(folder.run(["check", &format!("out/pictures/{scene}.toml")]).status, 0);
+    }
+    assert!(!report.contains("interreflections against"), "the method reference was not asked for");
+    let made = |name: &str| std::fs::metadata(folder.path(name)).unwrap().modified().unwrap();
+    let before = made("out/pictures/ring-direct-fine.exr");
+    study();
+    assert_eq!(made("out/pictures/ring-direct-fine.exr"), before, "a picture was made again");
+    assert_eq!(folder.read("out/report.md"), report);
 }
 
 #[test]
@@ -128,7 +157,7 @@ fn another_study_is_refused_and_leaves_all_as_it_was() {
 #[test]
 fn a_run_that_takes_too_long_is_stopped_and_said_to_be() {
     let folder = Folder::new();
-    let mut command = folder.command(["study", "-o", "out", "--quick", "--json", "--methods", "reference"]);
+    let mut command = folder.command(["study", "-o", "out", "--quick", "--json", "--no-pictures", "--methods", "reference"]);
     // A sharp lobe on a weave: tenths of a second even for a rough answer.
     command.args(["--truth-tolerance", "0.5", "--time-limit", "5ms"]).arg(project("tests/data/truth/weave.ggx_0.05.toml"));
     let summary = object(&Said::from(command.output().unwrap()));
@@ -168,7 +197,7 @@ fn an_interrupted_study_keeps_its_runs_and_goes_on() {
     use std::process::{Command, Stdio};
     use std::time::{Duration, Instant};
     let folder = Folder::new();
-    let mut command = folder.command(["study", "-o", "out", "--quick"]);
+    let mut command = folder.command(["study", "-o", "out", "--quick", "--no-pictures"]);
     let mut child = command.arg(project("samples/grooves-two-hue.toml")).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     let begun = Instant::now();
     while std::fs::read_to_string(folder.path("out/study.csv")).unwrap_or_default().lines().count() < 8 {
@@ -179,6 +208,6 @@ fn an_interrupted_study_keeps_its_runs_and_goes_on() {
     assert_eq!(child.wait().unwrap().code(), Some(130));
     let kept = rows(&folder).len();
     assert!(kept >= 7 && !folder.path("out/report.md").exists(), "{kept} runs");
-    let made = object(&grooves(&folder, &[]))["runs_made"].as_u64().unwrap();
+    let made = object(&grooves(&folder, &["--no-pictures"]))["runs_made"].as_u64().unwrap();
     assert_eq!(rows(&folder).len() as u64, kept as u64 + made);
 }

@@ -117,7 +117,7 @@ impl Panel {
         }
         svg.text([left, top - 12.0], TEXT + 2.0, Anchor::Start, INK, title);
         svg.text([right, bottom + 36.0], TEXT, Anchor::End, GREY, x_label);
-        svg.text([left + 8.0, top + 16.0], TEXT, Anchor::Start, GREY, y_label);
+        svg.text([right, top - 12.0], TEXT, Anchor::End, GREY, y_label);
     }
 
     /// A line through values.

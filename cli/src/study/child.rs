@@ -3,10 +3,10 @@
 
 use super::cost::{Cost, measure};
 use crate::options::CommonArgs;
-use crate::{output, pairs, progress};
+use crate::{cache, output, pairs, progress};
 use biscale::direction::Pair;
 use biscale::error::{BadInput, Error, Result};
-use biscale::filter::Control;
+use biscale::filter::{Control, LowRankFacts};
 use biscale::material::Material;
 use biscale::study::{self, Question, Work};
 use clap::Args;
@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value as Json;
 use std::ffi::OsString;
 use std::io::Read;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
@@ -41,6 +41,10 @@ pub struct RunArgs {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Found {
     pub cost: Cost,
+    /// CPU seconds that went into what is kept for the next time, and are not in `cost`.
+    pub precomputed_s: Option<f64>,
+    /// Matrices of the low-rank method, one element a surface.
+    pub low_rank: Vec<LowRankFacts>,
     pub plan: String,
     pub facets: usize,
     pub clusters: usize,
@@ -88,15 +92,27 @@ pub fn run(args: &RunArgs, common: &CommonArgs) -> Result<()> {
         }
         _ => return Err(BadInput::new("there is no question", "write three numbers").at_field("--table").into()),
     };
+    let cache = cache::cache();
+    // A folder that is not there yet keeps nothing.
+    let kept = || cache.as_ref().and_then(|cache| std::fs::read_dir(&cache.folder).ok()).map_or(0, Iterator::count);
     let work = |control: &Control<'_>| {
-        let (result, cost) = measure(|| study::run(&small, &question.pairs, &work, args.seed, control));
-        Ok((result?, cost))
+        let before = kept();
+        let once = || measure(|| study::run(&small, &question.pairs, &work, args.seed, cache.clone(), control));
+        let (result, cost) = once();
+        if kept() == before {
+            return Ok((result?, cost, None));
+        }
+        // What was computed for good is there now: the cost of all but it, and the difference.
+        let (result, warm) = once();
+        Ok((result?, warm, cost.cpu_s.zip(warm.cpu_s).map(|(cold, warm)| cold - warm)))
     };
-    let (effective, cost) = progress::with_control(common, work)?;
+    let (effective, cost, precomputed_s) = progress::with_control(common, work)?;
     let judged = &effective.values[..question.judged];
     let summary = effective.summary;
     let found = Found {
         cost,
+        precomputed_s,
+        low_rank: summary.low_rank,
         plan: summary.plan,
         facets: summary.facets,
         clusters: summary.clusters,
@@ -123,16 +139,23 @@ pub struct Said {
     pub stderr: String,
 }
 
-/// Runs this program with `arguments` as a child until it ends, `limit` is over (then `None`), or `control` asks to stop.
+/// Runs this program with `arguments` as a child until it ends, `limit` is over (then `None`), or `control` asks to stop; it keeps compressed
+/// BRDFs in `cache`.
 ///
 /// # Errors
 /// `Interrupted`; i/o if it cannot be started.
-pub fn spawn(arguments: &[OsString], limit: Duration, control: &Control<'_>) -> Result<Option<Said>> {
+pub fn spawn(arguments: &[OsString], cache: &Path, limit: Duration, control: &Control<'_>) -> Result<Option<Said>> {
     let failed = |source| Error::Io { action: "start", path: "another process of this program".into(), source };
     let program = std::env::current_exe().map_err(failed)?;
     control.check()?;
-    let mut child =
-        Command::new(program).args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().map_err(failed)?;
+    let mut child = Command::new(program)
+        .args(arguments)
+        .env(cache::VARIABLE, cache)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(failed)?;
     let (mut stdout, mut stderr) = (child.stdout.take().expect("piped"), child.stderr.take().expect("piped"));
     let begun = Instant::now();
     std::thread::scope(|scope| {
@@ -169,8 +192,8 @@ pub fn spawn(arguments: &[OsString], limit: Duration, control: &Control<'_>) -> 
 ///
 /// # Errors
 /// `Interrupted`; i/o if the child cannot be started.
-pub fn make(arguments: &[OsString], limit: Duration, control: &Control<'_>) -> Result<Ended> {
-    let Some(said) = spawn(arguments, limit, control)? else { return Ok(Ended::TimedOut) };
+pub fn make(arguments: &[OsString], cache: &Path, limit: Duration, control: &Control<'_>) -> Result<Ended> {
+    let Some(said) = spawn(arguments, cache, limit, control)? else { return Ok(Ended::TimedOut) };
     if said.status.success()
         && let Ok(found) = serde_json::from_slice(&said.stdout)
     {

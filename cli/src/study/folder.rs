@@ -26,6 +26,8 @@ pub const REPORT: &str = "report.md";
 pub const PAIRS: &str = "pairs.csv";
 /// The pairs of the table that are judged.
 const JUDGED: &str = "pairs-table.csv";
+/// Compressed BRDFs while a study runs; not the user's own, so that what computing them takes is seen.
+pub const CACHE: &str = ".lowrank-cache";
 /// What pictures say of who made them.
 pub const MARK: &str = "made by biscale study";
 /// Pixels of a PNG for one of the SVG.
@@ -141,7 +143,8 @@ impl Folder {
                 }
             }
         }
-        for name in OLD {
+        for name in OLD.into_iter().map(str::to_owned).chain(super::pictures::old_files()) {
+            let name = &name;
             match std::fs::remove_file(folder.path(name)) {
                 Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
                     return Err(Error::Io { action: "remove", path: folder.path(name), source });
@@ -152,6 +155,15 @@ impl Folder {
         let json = serde_json::to_vec_pretty(asks).map_err(|e| Error::Numeric(format!("{e}; please report this")))?;
         folder.write(STUDY, &json)?;
         Ok(folder)
+    }
+
+    /// Removes the compressed BRDFs.
+    pub fn remove_cache(&self) -> Result<()> {
+        let path = self.path(CACHE);
+        match std::fs::remove_dir_all(&path) {
+            Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(Error::Io { action: "remove", path, source }),
+            _ => Ok(()),
+        }
     }
 
     /// The path of a file in it.
@@ -170,11 +182,16 @@ impl Folder {
     pub fn write(&self, name: &str, bytes: &[u8]) -> Result<()> {
         let path = self.path(name);
         Target::new(&path, true, &[], |_| true)?.write(|out| out.write_all(bytes))?;
-        let mut written = self.written.borrow_mut();
+        self.note(name);
+        Ok(())
+    }
+
+    /// Counts a file among those written.
+    pub fn note(&self, name: &str) {
+        let (path, mut written) = (self.path(name), self.written.borrow_mut());
         if !written.contains(&path) {
             written.push(path);
         }
-        Ok(())
     }
 
     /// Writes a picture as SVG and PNG.

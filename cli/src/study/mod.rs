@@ -8,6 +8,7 @@ mod chart;
 pub mod child;
 mod cost;
 mod folder;
+mod pictures;
 mod points;
 mod record;
 mod report;
@@ -22,6 +23,7 @@ use biscale::study::{self, Asked, Question, Series, Truth, Work};
 use child::Ended;
 use clap::Args;
 use folder::{Asks, Folder};
+use pictures::Studio;
 use record::{DONE, Record, Records, TRUTH};
 use serde::Serialize;
 use std::ffi::OsString;
@@ -64,6 +66,9 @@ pub struct StudyArgs {
     /// Wall time for the truth of each question: then it is as exact as it got [default: 1m, with --quick 10s]
     #[arg(long, value_name = "TIME", value_parser = options::time, allow_hyphen_values = true)]
     truth_time: Option<Duration>,
+    /// Make no pictures of a sphere and a ring
+    #[arg(long)]
+    no_pictures: bool,
     /// Begin anew in a folder that holds another study, or files that this command did not make
     #[arg(long)]
     force: bool,
@@ -110,6 +115,8 @@ const SEEDS: [u64; 2] = [3, 1];
 const TRUTH_PATIENCE: Duration = Duration::from_secs(120);
 /// Distance of the truth's seed from the study's: it must share no rays with a run of `reference`.
 const TRUTH_SEED: u64 = 0x5EED_0000_0000;
+/// Share of the progress that the runs take; the pictures take the rest.
+const RUNS: f64 = 0.8;
 /// What the truth counts for in the progress, in runs.
 const TRUTH_SHARE: f64 = 10.0;
 
@@ -138,16 +145,37 @@ pub fn run(args: &StudyArgs, common: &CommonArgs) -> Result<()> {
     let folder = Folder::open(&args.output, &plan.asks(), args.force, &[Some(&args.material), args.pairs.as_ref()])?;
     let mut records = Records::open(&folder.path(folder::CSV))?;
     let before = records.all.len();
-    let truths = progress::with_control(common, |control| plan.carry_out(&folder, &mut records, control))?;
+    let studio = (!args.no_pictures).then(|| Studio {
+        material: &args.material,
+        methods: &args.methods,
+        quick: args.quick,
+        seed: args.seed,
+        threads: common.threads,
+        time_limit: args.time_limit,
+    });
+    let runs = if studio.is_some() { RUNS } else { 1.0 };
+    let (truths, made) = progress::with_control(common, |control| {
+        let of_runs = |stage: &str, done: f64| (control.progress)(stage, runs * done);
+        let truths = plan.carry_out(&folder, &mut records, &Control { progress: &of_runs, ..*control })?;
+        let of_pictures = |done: f64| (control.progress)("pictures", runs + (1.0 - runs) * done);
+        let made = studio.as_ref().map(|s| s.make(&folder, &of_pictures, control)).transpose()?;
+        Ok((truths, made.unwrap_or_default()))
+    })?;
+    folder.remove_cache()?;
     let study = report::Study { plan: &plan, records: &records.all, truths: &truths };
     let points = points::points(&plan.ladder, &records.all);
-    let pareto = chart::pareto(&plan.material.name, &points, &truths);
+    let pareto = chart::pareto(&plan.material.name, plan.table[0], &points, &truths);
     folder.write_chart("pareto", &pareto)?;
     let placement = chart::placement(&plan.material.name, &points);
     if let Some(placement) = &placement {
         folder.write_chart("placement", placement)?;
     }
-    let text = study.markdown(&points, placement.is_some());
+    let ranks = chart::ranks(&plan.material.name, &plan.ladder, &points);
+    if let Some(ranks) = &ranks {
+        folder.write_chart("ranks", ranks)?;
+    }
+    let pictures = report::Pictures { placement: placement.is_some(), ranks: ranks.is_some(), rendered: made };
+    let text = study.markdown(&points, &pictures);
     folder.write(folder::REPORT, text.as_bytes())?;
     let summary = Summary::new(&plan, &folder, &points, &truths, records.all.len() - before);
     if common.json {
@@ -255,7 +283,8 @@ impl Plan {
             if records.find(*asked, setting, *seed).is_some() {
                 continue;
             }
-            let ended = child::make(&self.arguments(*asked, &list, setting, *seed), self.time_limit, control)?;
+            let arguments = self.arguments(*asked, &list, setting, *seed);
+            let ended = child::make(&arguments, &folder.path(folder::CACHE), self.time_limit, control)?;
             let truth = &truths.iter().find(|(of, _)| of == asked).expect("each question has its truth").1;
             let deviation = |found: &child::Found| (found.fbar.len() == truth.value.len()).then(|| study::deviation(&found.fbar, truth));
             records.add(Record::new(*asked, setting, *seed, &ended, deviation))?;
@@ -285,7 +314,7 @@ impl Plan {
             Asked::Table => folder.write_judged(judged)?,
         };
         let arguments = self.arguments(Asked::List, &pairs, &self.truth.to_string(), self.seed ^ TRUTH_SEED);
-        let ended = child::make(&arguments, self.truth_time + TRUTH_PATIENCE, control)?;
+        let ended = child::make(&arguments, &folder.path(folder::CACHE), self.truth_time + TRUTH_PATIENCE, control)?;
         let found = match &ended {
             Ended::Done(found) => found,
             Ended::Failed { kind, message } if kind == "bad-input" => {
@@ -369,7 +398,7 @@ impl std::fmt::Display for Summary<'_> {
             let bound = if *error_is_bound { "at most " } else { "" };
             writeln!(f, "{question}: {:.1} CPU ms, error {bound}{:.3} %: {setting}", 1e3 * cpu_s, 100.0 * error)?;
         }
-        let names: Vec<String> = self.files.iter().map(|p| p.display().to_string()).collect();
-        write!(f, "wrote {}", names.join(", "))
+        let report = self.files.iter().find(|p| p.ends_with(folder::REPORT)).expect("the report is written");
+        write!(f, "wrote {} and {} files that it refers to or is made of", report.display(), self.files.len() - 1)
     }
 }

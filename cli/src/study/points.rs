@@ -1,6 +1,7 @@
 //! Runs of one setting with several seeds as one point of a plot and one line of a table.
 
 use super::record::{DONE, Record};
+use biscale::filter::LowRankFacts;
 use biscale::study::{Asked, Series, Work, frontier};
 
 /// What the runs of a setting say together.
@@ -30,6 +31,10 @@ pub struct Point {
     /// Largest.
     pub peak_mib: Option<f64>,
     pub added_mib: Option<f64>,
+    /// CPU seconds that some run put into what the others found ready.
+    pub precomputed_s: Option<f64>,
+    /// Of the first run that is done.
+    pub low_rank: Vec<LowRankFacts>,
     /// Of the first run.
     pub facets: usize,
     pub clusters: usize,
@@ -67,6 +72,8 @@ impl Point {
             wall_s: median(all(|r| r.wall_s)),
             peak_mib: largest(all(|r| r.peak_mib)),
             added_mib: largest(all(|r| r.added_mib)),
+            precomputed_s: largest(all(|r| r.precomputed_s)),
+            low_rank: done.first().and_then(|r| serde_json::from_str(&r.low_rank).ok()).unwrap_or_default(),
             facets: first.facets.unwrap_or_default(),
             clusters: first.clusters.unwrap_or_default(),
             directions: first.directions.unwrap_or_default(),

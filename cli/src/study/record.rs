@@ -32,11 +32,15 @@ pub struct Record {
     pub wall_s: Option<f64>,
     pub peak_mib: Option<f64>,
     pub added_mib: Option<f64>,
+    /// CPU seconds, not in `cpu_s`, that went into what is kept for the next run: compressed BRDFs.
+    pub precomputed_s: Option<f64>,
     pub facets: Option<usize>,
     pub clusters: Option<usize>,
     pub directions: Option<usize>,
     pub pairs: Option<usize>,
     pub plan: String,
+    /// Matrices of the low-rank method as JSON, one element a surface.
+    pub low_rank: String,
     pub message: String,
 }
 
@@ -69,11 +73,13 @@ impl Record {
             wall_s: Some(found.cost.wall_s),
             peak_mib: found.cost.peak_mib,
             added_mib: found.cost.added_mib,
+            precomputed_s: found.precomputed_s,
             facets: Some(found.facets),
             clusters: Some(found.clusters),
             directions: Some(found.directions),
             pairs: Some(found.pairs),
             plan: found.plan.clone(),
+            low_rank: if found.low_rank.is_empty() { String::new() } else { serde_json::to_string(&found.low_rank).unwrap_or_default() },
             message: found.notes.join("; "),
             ..base
         }

@@ -1,7 +1,8 @@
 //! `report.md`: what a study says, in tables.
 
 use super::Plan;
-use super::axes::{percent, seconds};
+use super::axes::{percent, seconds, significant};
+use super::pictures::Picture;
 use super::points::{Point, competing};
 use super::record::{DONE, Record, TRUTH};
 use biscale::study::{Asked, Family, Series, Truth};
@@ -14,12 +15,20 @@ pub struct Study<'a> {
     pub truths: &'a [(Asked, Truth)],
 }
 
+/// Which pictures there are.
+#[derive(Clone, Debug, Default)]
+pub struct Pictures {
+    pub placement: bool,
+    pub ranks: bool,
+    pub rendered: Vec<Picture>,
+}
+
 /// PSNR of the paper's five scenes: its Table 4.
 const PAPER_PSNR: [(&str, f64); 5] = [("plate", 17.36), ("teapot", 19.27), ("pillow", 20.01), ("cup", 18.86), ("skirt", 22.66)];
 
 impl Study<'_> {
     /// The report.
-    pub fn markdown(&self, points: &[Point], placement: bool) -> String {
+    pub fn markdown(&self, points: &[Point], pictures: &Pictures) -> String {
         let mut out = String::new();
         self.head(&mut out);
         let _ = writeln!(out, "\n![error against CPU time](pareto.png)\n");
@@ -40,11 +49,13 @@ impl Study<'_> {
         for series in self.plan.ladder.iter().filter(|s| s.steps.iter().any(|(_, work)| work.family().competes())) {
             steps(&mut out, series, points);
         }
-        if placement {
+        if pictures.placement {
             self.placement(&mut out, points);
         }
+        ranks(&mut out, points, pictures.ranks);
         self.interreflections(&mut out, points);
         self.psnr(&mut out, points);
+        rendered(&mut out, &pictures.rendered);
         not_done(&mut out, points);
         out
     }
@@ -57,7 +68,8 @@ impl Study<'_> {
             "The same pairs of directions were asked of every method at every setting. *Error* is the relative RMS error of the \
              cosine-weighted effective BRDF over all pairs and channels, against `reference` (fresh rays for every pair), whose own error is \
              taken off in squares. *CPU* is the time of all threads, *wall* that of the clock, of one call in a fresh process with the \
-             material loaded; *memory* is the largest resident size of that process. Medians and root mean squares over {}. `study.csv` has every run.\n",
+             material loaded; *memory* is the largest resident size of that process. What is computed once a BRDF and kept (`lowrank paper`) is \
+             stated apart. Medians and root mean squares over {}. `study.csv` has every run.\n",
             if plan.seeds == 1 { format!("one seed, {}", plan.seed) } else { format!("{} seeds from {}", plan.seeds, plan.seed) }
         );
         let threads = if plan.threads == 0 { std::thread::available_parallelism().map_or(0, usize::from) } else { plan.threads.into() };
@@ -236,6 +248,91 @@ fn steps(out: &mut String, series: &Series, points: &[Point]) {
             p.directions
         );
         before = Some(p);
+    }
+}
+
+/// Sizes, ranks and energies of the low-rank method's matrices, after Table 3 and Fig. 11 of the paper.
+fn ranks(out: &mut String, points: &[Point], chart: bool) {
+    let with: Vec<&Point> = points.iter().filter(|p| !p.low_rank.is_empty()).collect();
+    if with.is_empty() {
+        return;
+    }
+    let _ = writeln!(
+        out,
+        "\n## Ranks and the energy kept\n\nAfter Table 3 and Fig. 11 of Wu et al. (2011). `N` is the bidirectional visible normal distribution, `M` the turned \
+         BRDFs of one surface; *kept* is the share of the power of the centred matrix. In `paper` the rows are pairs of map cells and `M` is computed \
+         once a BRDF (*precomputation*, CPU, not in the other costs); in `improved` they are the wanted pairs, three rows of `M` each.\n"
+    );
+    if chart {
+        let _ = writeln!(out, "![power lost against rank](ranks.png)\n");
+    }
+    let _ = writeln!(
+        out,
+        "| question | setting | surface | N | rank | kept | M | whole M | compressed | rate | rank | kept | precomputation | error |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|"
+    );
+    let size = |[rows, columns]: [usize; 2]| format!("{rows} x {columns}");
+    let megabytes = |bytes: f64| format!("{} MB", significant(bytes / 1e6));
+    for p in with {
+        for (k, f) in p.low_rank.iter().enumerate() {
+            let whole = 8.0 * f.m_size[0] as f64 * f.m_size[1] as f64;
+            let once = if k == 0 { p.precomputed_s.map_or(String::new(), seconds) } else { String::new() };
+            let _ = writeln!(
+                out,
+                "| {} | `{}` | {} | {} | {} | {} | {} | {} | {} | {:.0} : 1 | {} | {} | {once} | {} |",
+                p.asked.name(),
+                p.work,
+                f.surface + 1,
+                size(f.n_size),
+                f.n_rank,
+                share(f.n_energy),
+                size(f.m_size),
+                megabytes(whole),
+                megabytes(f.m_bytes as f64),
+                whole / (f.m_bytes as f64).max(1.0),
+                f.m_rank,
+                share(f.m_energy),
+                if k == 0 { error(p) } else { String::new() }
+            );
+        }
+    }
+}
+
+/// A share near 1: as many digits as what is lacking needs.
+fn share(kept: f64) -> String {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+    let decimals = (-(1.0 - kept).max(1e-9).log10()).clamp(1.0, 9.0) as usize;
+    format!("{:.decimals$} %", 100.0 * kept)
+}
+
+/// Pictures and their differences, after Fig. 11 and 12 of the paper.
+fn rendered(out: &mut String, pictures: &[Picture]) {
+    if pictures.is_empty() {
+        return;
+    }
+    let _ = writeln!(
+        out,
+        "\n## Pictures\n\nA sphere and a ring in the material, in two directional lights (`pictures/*.toml`), after Fig. 11 and 12 of Wu et al. (2011): a picture, \
+         another one, and three times their difference, colour-coded. *Stated* is the error that `render` states for itself. PSNR and relative RMS are \
+         those of linear values, FLIP (Andersson et al. 2020) of what a screen is sent. Against `interreflections` stands `reference` without them: there the difference is \
+         between two models.\n\n| picture | stated | wall | against | PSNR | relative RMS | FLIP |\n|---|---|---|---|---|---|---|"
+    );
+    for p in pictures {
+        let or = |text: Option<String>| text.unwrap_or("-".to_owned());
+        if let Some(problem) = &p.problem {
+            let _ = writeln!(out, "| {} {} | {} | | | | | |", p.scene, p.name, escape(problem));
+            continue;
+        }
+        // Equal pictures have no finite PSNR.
+        let equal = (p.relative_rms == Some(0.0)).then(|| "equal".to_owned());
+        let psnr = or(p.psnr_db.map(|db| format!("{db:.1} dB")).or(equal));
+        let [stated, rms] = [p.stated, p.relative_rms].map(|x| or(x.map(percent)));
+        let (wall, flip) = (or(p.seconds.map(seconds)), or(p.flip.map(|f| format!("{f:.4}"))));
+        let _ = writeln!(out, "| {} {} | {stated} | {wall} | {} | {psnr} | {rms} | {flip} |", p.scene, p.name, p.against);
+    }
+    for p in pictures {
+        if let Some(panels) = &p.panels {
+            let _ = writeln!(out, "\n{}, {} against {}:\n\n![{} and {}]({panels})", p.scene, p.name, p.against, p.against, p.name);
+        }
     }
 }
 
