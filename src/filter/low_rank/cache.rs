@@ -265,8 +265,13 @@ mod tests {
     use super::super::map::Projection;
     use super::*;
 
-    const SETTINGS: Settings =
-        Settings { projection: Projection::Paraboloid, least_directions: 4, largest: Sides { directions: 6, normals: 6 }, energy: 0.98, seed: 1 };
+    const SETTINGS: Settings = Settings {
+        projection: Projection::Paraboloid,
+        least_directions: 4,
+        largest: Sides { directions: 6, normals: 6 },
+        energy: 0.98,
+        seed: 1,
+    };
 
     fn brdf(albedo: f64) -> Brdf {
         Brdf::Lambert { albedo: [albedo, 0.2, 0.1] }
