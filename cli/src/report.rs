@@ -62,7 +62,8 @@ impl<'a> Summary<'a> {
                 all.push(note.clone());
             }
         }
-        if quality.budget.is_none() && quality.plan.is_none() && summary.relative_rms > quality.tolerance {
+        let told = summary.notes.iter().any(|n| n.contains("is not met"));
+        if !told && quality.budget.is_none() && quality.plan.is_none() && summary.relative_rms > quality.tolerance {
             all.push(format!("the tolerance of {} % was not reached", quality.tolerance * 100.0));
         }
         Self {

@@ -23,7 +23,6 @@ pub fn random(small: &SmallScale, surface: &Surface, count: usize, seed: u32) ->
     let point = |k: usize| {
         let [first, second] = [0, 1].map(|d| {
             let bits = hash_64(stream ^ (2 * k as u64 + d));
-            #[expect(clippy::cast_possible_truncation, reason = "the upper half")]
             let upper = (bits >> 32) as u32;
             fraction(upper)
         });

@@ -59,7 +59,7 @@ fn a_short_study_measures_every_method_and_writes_plots_and_a_report() {
     let paper = find("table", "lowrank:paper:facets=512:directions=13:rates=24x32:energy=0.995,0.98");
     let facts: Value = serde_json::from_str(&paper["low_rank"]).unwrap();
     assert!(facts.as_array().unwrap().len() == 2 && facts[0]["m_rank"].as_u64().unwrap() > 0, "{paper:?}");
-    assert!(number(paper, "error") < 0.5 && number(paper, "precomputed_s") >= 0.0 || paper["precomputed_s"].is_empty(), "{paper:?}");
+    assert!(number(paper, "error") < 0.5, "{paper:?}");
     assert!(rows.iter().any(|r| r["setting"].starts_with("lowrank:paper") && !r["precomputed_s"].is_empty()), "M was never computed");
     assert!(!folder.path("out/.lowrank-cache").exists(), "compressed BRDFs are left behind");
     let bounces = find("list", "reference:tolerance=0.01:bounces=4");

@@ -66,7 +66,6 @@ struct Sample {
 fn samples(brdf: &Brdf, colour: &Colour) -> Vec<Sample> {
     const SEED: u64 = 0x7261_7465_7300_0000;
     let uniform = |k: u32, d: u64| {
-        #[expect(clippy::cast_possible_truncation, reason = "the upper half")]
         let upper = (hash_64(SEED ^ (u64::from(k) << 3 | d)) >> 32) as u32;
         fraction(upper)
     };
@@ -77,7 +76,7 @@ fn samples(brdf: &Brdf, colour: &Colour) -> Vec<Sample> {
     let sample = |k: u32| {
         let u = |d: u64| uniform(k, d);
         let (n, wi) = (direction(2.0 * u(0) - 1.0, u(1)), direction(u(2), u(3)));
-        let wo = if k % 2 == 0 { brdf.sample(n, wi, [u(4), u(5), u(6)])?.0 } else { direction(u(4), u(5)) };
+        let wo = if k.is_multiple_of(2) { brdf.sample(n, wi, [u(4), u(5), u(6)])?.0 } else { direction(u(4), u(5)) };
         let density = 0.5 / TAU + 0.5 * brdf.pdf(n, wi, wo);
         (wo.z > 0.0).then(|| Sample { n, wi, wo, value: along_colour(brdf, colour, n, wi, wo), weight: 4.0 * PI * TAU / density })
     };
