@@ -367,7 +367,8 @@ impl Run<'_, '_> {
         Ok((sums, last.filter(|_| parts == 1)))
     }
 
-    /// What clusters of unequal normals cost: the relative RMS difference of `S` from sums facet by facet, over some pairs.
+    /// What clusters of unequal normals cost: the relative RMS difference of `fbar` from sums facet by facet, over some pairs. Not of `S`: a
+    /// grazing viewer sees little, and counts as much as any.
     fn cluster_bias(&self) -> Result<f64> {
         let groups = &self.tracer.surface.groups;
         if !groups.iter().any(|g| g.cluster.is_some_and(|c| c.covariance != [0.0; 3])) {
@@ -382,12 +383,17 @@ impl Run<'_, '_> {
             sums
         };
         let (by_clusters, by_facets) = (sums(true), sums(false));
+        let mut areas = vec![[0.0; SETS]; demand.directions.len()];
+        prepared::add_areas(&batch, &demand, &mut areas);
         let total = |s: &PairSums, c: usize| s.iter().map(|set| set[c]).sum::<f64>();
         let (mut difference, mut energy) = (0.0, 0.0);
-        for (a, b) in by_clusters.iter().zip(&by_facets) {
+        for ((a, b), [_, viewer]) in by_clusters.iter().zip(&by_facets).zip(&demand.pairs) {
+            let area: f64 = areas[*viewer as usize].iter().sum();
             for c in 0..3 {
-                difference += (total(a, c) - total(b, c)).powi(2);
-                energy += total(b, c).powi(2);
+                if area > 0.0 {
+                    difference += ((total(a, c) - total(b, c)) / area).powi(2);
+                    energy += (total(b, c) / area).powi(2);
+                }
             }
         }
         Ok(if energy > 0.0 { (difference / energy).sqrt() } else { 0.0 })
