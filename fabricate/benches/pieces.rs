@@ -44,7 +44,7 @@ fn main() {
                 "{name:20} {:7} {:7} {target:7} {ms:9.0}  without tab {} work {}",
                 mesh.facets.len(),
                 net.pieces,
-                net.without_tab(),
+                net.without_tab().count(),
                 net.work
             );
         }

@@ -21,7 +21,7 @@ pub fn order(mesh: &Mesh, pattern: &Pattern) -> Vec<usize> {
         }
     }
     let mut common = vec![std::collections::BTreeMap::<usize, f64>::new(); pattern.pieces.len()];
-    for &edge in &pattern.glued {
+    for &(edge, _) in &pattern.glued {
         if let [Some((f, _)), Some((g, _))] = mesh.edges[edge as usize].sides {
             let (a, b) = (piece_of[f as usize], piece_of[g as usize]);
             if a != b {
@@ -95,7 +95,8 @@ fn picture(page: &mut Page, mesh: &Mesh, pattern: &Pattern, [low, high]: [DVec2;
     for (k, piece) in pattern.pieces.iter().enumerate() {
         for (f, _) in &piece.facets {
             let facet = &mesh.facets[*f as usize];
-            let depth = facet.corners.iter().map(|&c| mesh.vertices[c as usize].dot(back)).sum::<f64>() / facet.corners.len() as f64;
+            // By its farthest corner: a large ground lies behind all that stands on it.
+            let depth = facet.corners.iter().map(|&c| mesh.vertices[c as usize].dot(back)).fold(f64::INFINITY, f64::min);
             shown.push((depth, *f, k));
         }
     }
@@ -110,11 +111,11 @@ fn picture(page: &mut Page, mesh: &Mesh, pattern: &Pattern, [low, high]: [DVec2;
         let points: Vec<DVec2> = facet.corners.iter().map(|&c| centre + seen[c as usize] * scale).collect();
         let shade = if facet.normal.dot(back) < 0.0 { 0.45 } else { 0.62 + 0.38 * facet.normal.dot(light).max(0.0) };
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
-        let fill = hue(k).map(|c| (f64::from(c) * shade) as u8);
+        let fill = hue(pattern.pieces[k].name - 1).map(|c| (f64::from(c) * shade) as u8);
         page.polygon(&points, fill);
         page.add(Layer::Print, Mark::Line { points, closed: true, style: Style::Thin });
     }
-    for (k, piece) in pattern.pieces.iter().enumerate().take(99) {
+    for piece in pattern.pieces.iter().take(99) {
         // The number on the facet that faces the viewer most.
         let best = piece.facets.iter().max_by(|(a, _), (b, _)| {
             let shown = |f: u32| {
@@ -130,7 +131,7 @@ fn picture(page: &mut Page, mesh: &Mesh, pattern: &Pattern, [low, high]: [DVec2;
         }
         let at = facet.corners.iter().map(|&c| seen[c as usize]).sum::<DVec2>() / facet.corners.len() as f64;
         let at = centre + at * scale;
-        let text = (k + 1).to_string();
+        let text = piece.name.to_string();
         let half = DVec2::new(0.5 * text_width(&text, 3.4) + 0.5, 2.1);
         page.polygon(&[at - half, at + half * DVec2::new(1.0, -1.0), at + half, at + half * DVec2::new(-1.0, 1.0)], [255; 3]);
         page.add(Layer::Print, Mark::Text { at, size: 3.4, angle: 0.0, text, colour: BLACK, anchor: 0.5 });
@@ -139,7 +140,8 @@ fn picture(page: &mut Page, mesh: &Mesh, pattern: &Pattern, [low, high]: [DVec2;
 
 /// The pieces in their order, small, each with its number, facets and what it is glued to.
 fn list(page: &mut Page, mesh: &Mesh, pattern: &Pattern, [low, high]: [DVec2; 2]) {
-    let order = order(mesh, pattern);
+    // Copies are put together like the first one.
+    let order: Vec<usize> = order(mesh, pattern).into_iter().filter(|&k| pattern.pieces[k].copy == 1).collect();
     let shown = order.len().min(40);
     let size = high - low;
     // The fewest rows whose cells are still about as high as wide.
@@ -162,11 +164,12 @@ fn list(page: &mut Page, mesh: &Mesh, pattern: &Pattern, [low, high]: [DVec2; 2]
         let shift = corner + DVec2::new(0.5 * cell.x, 0.5 * room.y + 1.0) - 0.5 * (l + h) * scale;
         for outline in piece.outline.iter().take(1) {
             let points: Vec<DVec2> = outline.iter().map(|&p| shift + p * scale).collect();
-            page.polygon(&points, hue(k));
+            page.polygon(&points, hue(piece.name - 1));
             page.line(Layer::Print, Style::Thin, &points, true);
         }
-        let glue = piece.glue.len();
-        let text = format!("{}. piece {}: {} facets, {glue} glued edges", place + 1, k + 1, piece.facets.len());
+        let glue = piece.glue.iter().map(|g| g.number).collect::<std::collections::BTreeSet<_>>().len();
+        let times = if piece.copies > 1 { format!(" ({} times)", piece.copies) } else { String::new() };
+        let text = format!("{}. piece {}{times}: {} facets, {glue} glued edges", place + 1, piece.name, piece.facets.len());
         let size = 2.6_f64.min((cell.x - 1.0) / text_width(&text, 1.0));
         let at = corner + DVec2::new(0.5, cell.y - 2.5);
         page.add(Layer::Print, Mark::Text { at, size, angle: 0.0, text, colour: BLACK, anchor: 0.0 });

@@ -2,6 +2,7 @@
 //!
 //! y points up and the origin is the page's lower left corner; writers of formats with y down turn it.
 
+use crate::paint::Picture;
 use glam::DVec2;
 
 /// What a mark is for; machines that cut read some layers and not others.
@@ -59,6 +60,8 @@ pub enum Mark {
         /// Its look and meaning.
         style: Style,
     },
+    /// Dots.
+    Picture(Picture),
     /// A text whose middle lies at a point.
     Text {
         /// The middle.
@@ -102,6 +105,8 @@ pub const BLACK: [u8; 3] = [0; 3];
 pub const GREY: [u8; 3] = [110; 3];
 /// Width of lines, mm.
 pub const LINE_WIDTH: f64 = 0.2;
+/// Width of the white under them on dark colours, mm.
+pub const HALO_WIDTH: f64 = 0.4;
 
 impl Page {
     /// Adds a mark without attributes.

@@ -2,6 +2,7 @@
 
 pub mod aruco;
 pub mod assembly;
+pub mod copies;
 pub mod design;
 pub mod drawing;
 pub mod exchange;
@@ -12,6 +13,7 @@ pub mod layout;
 pub mod mesh;
 pub mod offset;
 pub mod output;
+pub mod paint;
 pub mod pattern;
 pub mod pdf;
 pub mod polygon;
@@ -23,5 +25,6 @@ pub mod split;
 pub mod strips;
 pub mod svg;
 pub mod target;
+pub mod texture;
 pub mod unfold;
 pub mod verify;

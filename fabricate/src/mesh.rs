@@ -3,7 +3,6 @@
 //! A facet is a polygon that stays flat; an edge is where two facets meet, or where the surface ends. What paper cannot do is
 //! refused here: three facets at one edge, facets turned against each other, one facet twice, corners that are no numbers.
 
-use crate::random::hash;
 use biscale::error::BadInput;
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
@@ -222,7 +221,7 @@ impl Mesh {
         drop_collinear(&soup, &mut groups, tolerance);
         if groups.len() > MAX_FACETS {
             let problem = format!("the surface has {} facets, more than the {MAX_FACETS} that can be unfolded", groups.len());
-            return Err(BadInput::new(problem, "reduce it first in a mesh program (--max-facets reduces height fields only)"));
+            return Err(BadInput::new(problem, "reduce it with --max-facets or --slope-tolerance"));
         }
         let facets: Vec<Facet> = groups.into_iter().map(|g| Facet::new(&soup, g)).collect::<Result<_, _>>()?;
         let outlines: Vec<Vec<u32>> = facets.iter().map(|f| f.corners.clone()).collect();
@@ -408,14 +407,27 @@ fn split_t_junctions(soup: &Triangles, distance: f64) -> Vec<Vec<u32>> {
     soup.triangles.iter().map(polygon).collect()
 }
 
+/// Triangles whose corners nowhere lie on the edge of a neighbour: such neighbours are cut there. The soup's corners are welded.
+pub(crate) fn close_t_junctions(soup: Triangles, distance: f64) -> Triangles {
+    let polygons = split_t_junctions(&soup, distance);
+    let mut out = Triangles { vertices: soup.vertices.clone(), ..Triangles::default() };
+    for ((corners, &t), &colour) in polygons.iter().zip(&soup.triangles).zip(&soup.colours) {
+        let cut = if corners.len() == 3 { vec![t] } else { fan_with_points(&soup, corners, t) };
+        let distinct = cut.into_iter().filter(|t| t[0] != t[1] && t[1] != t[2] && t[2] != t[0]);
+        out.triangles.extend(distinct);
+        out.colours.resize(out.triangles.len(), colour);
+    }
+    out
+}
+
 /// Which polygon lies behind which edge.
-struct Adjacency {
+pub(crate) struct Adjacency {
     edges: Vec<Edge>,
     of_polygon: Vec<Vec<u32>>,
 }
 
 impl Adjacency {
-    fn new(vertices: &[DVec3], polygons: &[Vec<u32>]) -> Result<Self, BadInput> {
+    pub(crate) fn new(vertices: &[DVec3], polygons: &[Vec<u32>]) -> Result<Self, BadInput> {
         let mut found: FxHashMap<(u32, u32), u32> = FxHashMap::default();
         let mut edges: Vec<Edge> = Vec::new();
         let mut of_polygon = Vec::with_capacity(polygons.len());
@@ -656,21 +668,6 @@ impl Facet {
             None => crate::polygon::triangulate(&facet.flat),
         };
         Ok(facet)
-    }
-
-    /// A number that equal shapes share: lengths and angles to about 1e-6 mm, from the best first corner.
-    pub fn shape_hash(&self) -> u64 {
-        let n = self.flat.len();
-        (0..n)
-            .map(|start| {
-                (0..n).fold(0_u64, |h, k| {
-                    let [a, b, c] = [0, 1, 2].map(|j| self.flat[(start + k + j) % n]);
-                    let quantised = |x: f64| (x * 1e5).round() as i64;
-                    hash(hash(h, quantised((b - a).length()).cast_unsigned()), quantised((b - a).perp_dot(c - b)).cast_unsigned())
-                })
-            })
-            .min()
-            .unwrap_or(0)
     }
 }
 

@@ -18,6 +18,7 @@ use biscale_fabricate::pattern::Pattern;
 use biscale_fabricate::preview::{self, Preview};
 use biscale_fabricate::sheets::{Look, SILHOUETTE_INSET, Sheets, sheets};
 use biscale_fabricate::target::{self, Wrap};
+use biscale_fabricate::texture::Texture;
 use biscale_fabricate::unfold::search::Effort;
 use biscale_fabricate::unfold::tabs::TabStyle;
 use clap::{Args, ValueEnum};
@@ -68,10 +69,10 @@ struct ShapeArgs {
     /// Thickness of the paper in mm: moves the folds by the bend allowance
     #[arg(long, value_name = "MM", default_value_t = 0.0, value_parser = millimetres::<0, 20>, allow_negative_numbers = true)]
     paper_thickness: f64,
-    /// Reduce a height field to at most so many facets
+    /// Reduce the surface to at most so many facets
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     max_facets: Option<usize>,
-    /// Reduce a height field until its normals are off by so many degrees (RMS)
+    /// Reduce the surface until its normals are off by so many degrees (RMS)
     #[arg(long, value_name = "DEGREES", value_parser = degrees, allow_negative_numbers = true)]
     slope_tolerance: Option<f64>,
     /// Cut facets that are larger than the page
@@ -378,7 +379,11 @@ fn wrap_sheet(args: &FoldArgs, source: &Source, recipe: &Recipe, paper: Paper, t
 
 fn make(args: &FoldArgs, source: &Source, path: &Path, recipe: &Recipe, paper: Paper, control: &Control<'_>) -> Result<Made> {
     (control.progress)("surface", 0.0);
-    let mesh = surface(source, recipe)?;
+    let (mut mesh, textured) = surface(source, recipe)?;
+    let texture = if textured { Texture::new(source, recipe.scale, recipe.periods) } else { None };
+    if let Some(texture) = &texture {
+        texture.tint(&mut mesh);
+    }
     let mut notes = source.notes();
     notes.extend(mesh.notes.iter().cloned());
     let parts = mesh.components().len();
@@ -407,7 +412,7 @@ fn make(args: &FoldArgs, source: &Source, path: &Path, recipe: &Recipe, paper: P
         late.fetch_or(over, std::sync::atomic::Ordering::Relaxed);
         over || control.check().is_err()
     };
-    let (pattern, bare) = unfold(&mesh, room(paper, tabs), tabs, effort, &stop)?;
+    let (pattern, bare) = unfold(&mesh, texture.is_some(), room(paper, tabs), tabs, effort, &stop)?;
     control.check()?;
     if late.into_inner() {
         notes.push("stopped by the time limit: the pattern depends on the machine's speed".to_owned());
@@ -418,7 +423,7 @@ fn make(args: &FoldArgs, source: &Source, path: &Path, recipe: &Recipe, paper: P
     (control.progress)("drawing", 0.92);
     let period = if matches!(source, Source::Material(_)) { source.period(recipe.scale).x } else { 0.0 };
     let look = Look { period, ..args.look(&title) };
-    let mut sheets = sheets(&mesh, &pattern, paper, &look)?;
+    let mut sheets = sheets(&mesh, &pattern, paper, &look, texture.as_ref())?;
     if sheets.missed > 0 {
         notes.push(format!("{} numbers found no place at their edges", sheets.missed));
     }
@@ -521,8 +526,10 @@ fn sidecar(made: &Made, recipe: &Value, summary: &Value) -> Value {
             let moved = piece.moved(place.x, place.shift);
             let (l, h) = moved.outline.iter().flatten().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
             json!({
-                "piece": k + 1,
-                "like": piece.like + 1,
+                "piece": piece.name,
+                "copy": piece.copy,
+                "copies": piece.copies,
+                "like": made.pattern.pieces[piece.like].name,
                 "alike": made.pattern.alike(k),
                 "page": place.page + 1,
                 "low_mm": l.to_array(),
@@ -540,7 +547,7 @@ fn sidecar(made: &Made, recipe: &Value, summary: &Value) -> Value {
         "pages": pages,
         "pieces": pieces,
         "wrap": made.wrap,
-        "order": assembly::order(&made.mesh, &made.pattern).iter().map(|k| k + 1).collect::<Vec<_>>(),
+        "order": assembly::order(&made.mesh, &made.pattern).iter().map(|&k| &made.pattern.pieces[k]).filter(|p| p.copy == 1).map(|p| p.name).collect::<Vec<_>>(),
     })
 }
 

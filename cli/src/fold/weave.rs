@@ -51,8 +51,7 @@ pub fn run(
     })?;
     let mut recipe_json = json!(recipe);
     recipe_json["margin_mm"] = json!(paper.margin);
-    let (mesh, pattern) =
-        (Mesh { vertices: vec![], facets: vec![], edges: vec![], notes: vec![] }, Pattern { pieces: vec![], glued: vec![] });
+    let (mesh, pattern) = (Mesh { vertices: vec![], facets: vec![], edges: vec![], notes: vec![] }, Pattern::default());
     let content = Content { title: &title, pages: &pages, mesh: &mesh, pattern: &pattern, placed: &[], recipe: &recipe_json };
     let files = format.files(&content)?;
     let warps = strips.iter().filter(|s| s.warp).count();

@@ -221,9 +221,9 @@ impl<'p, 'a> Net<'p, 'a> {
     }
 
     /// Glued edges without a place for a tab.
-    pub fn without_tab(&self) -> usize {
+    pub fn without_tab(&self) -> impl Iterator<Item = usize> + '_ {
         let inner = |e: &usize| self.problem.mesh.edges[*e].sides[1].is_some();
-        (0..self.tab.len()).filter(inner).filter(|&e| !self.joined[e] && self.tab[e].is_none()).count()
+        (0..self.tab.len()).filter(inner).filter(|&e| !self.joined[e] && self.tab[e].is_none())
     }
 
     fn item_polygon(&self, item: u32) -> &Convex {
