@@ -17,8 +17,14 @@ pub struct Recipe {
     pub scale: f64,
     /// Whole periods in x and y; 1 x 1 for a mesh file.
     pub periods: [u32; 2],
-    /// Thickness of the paper, mm: the middle of the sheet lies half of it below the design.
+    /// Thickness of the paper, mm; with 0 folds take nothing.
     pub thickness: f64,
+    /// Inner radius of folds, mm, for what they take (see [`crate::bend`]).
+    #[serde(default)]
+    pub fold_radius: f64,
+    /// Where the paper keeps its length, from the inner side of a fold, as a share of its thickness.
+    #[serde(default)]
+    pub k_factor: f64,
     /// Most facets, if the surface was reduced.
     pub max_facets: Option<usize>,
     /// Largest slope error of the reduction, degrees, if it was reduced to that.

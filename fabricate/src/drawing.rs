@@ -31,8 +31,10 @@ pub enum Style {
     Mountain,
     /// Valley fold: dashes.
     Valley,
-    /// White under a line on dark colours.
+    /// White under a fold line on dark colours.
     Halo,
+    /// White dashes under a cut line there.
+    CutHalo,
     /// An edge that is flat to the eye: not drawn, there for readers.
     Hidden,
     /// A line of a picture, grey.

@@ -1,10 +1,10 @@
 //! From a source to a pattern: the steps in their order, and the checks between them.
 
+use crate::bend::Bend;
 use crate::copies::Copies;
 use crate::design::{Recipe, Source};
 use crate::layout::Paper;
 use crate::mesh::{Mesh, Tolerance};
-use crate::offset::offset;
 use crate::pattern::Pattern;
 use crate::simplify;
 use crate::split::split;
@@ -19,7 +19,7 @@ pub const NARROW: f64 = 5.0;
 /// Facets narrower than this are refused, mm, unless the user insists.
 pub const TOO_NARROW: f64 = 2.0;
 
-/// The surface that is folded: the design in mm, reduced, split and moved to the middle of the paper as the recipe says.
+/// The surface that is folded: the design in mm, reduced, narrowed by what folds take and split as the recipe says.
 /// Also tells whether its colours change within facets: then a [`crate::texture::Texture`] tells them.
 ///
 /// # Errors
@@ -52,7 +52,8 @@ pub fn surface(source: &Source, recipe: &Recipe) -> Result<(Mesh, bool), BadInpu
     let mut mesh = Mesh::new(soup, Tolerance::of_size(size))?;
     notes.append(&mut mesh.notes);
     if recipe.thickness > 0.0 {
-        mesh = offset(mesh, -0.5 * recipe.thickness)?;
+        mesh = Bend { thickness: recipe.thickness, radius: recipe.fold_radius, k: recipe.k_factor }.apply(mesh)?;
+        notes.append(&mut mesh.notes);
     }
     if let Some([w, h]) = recipe.split {
         let before = mesh.facets.len();

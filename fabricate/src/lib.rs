@@ -2,6 +2,7 @@
 
 pub mod aruco;
 pub mod assembly;
+pub mod bend;
 pub mod copies;
 pub mod design;
 pub mod drawing;
@@ -11,7 +12,6 @@ pub mod fold_file;
 pub mod labels;
 pub mod layout;
 pub mod mesh;
-pub mod offset;
 pub mod output;
 pub mod paint;
 pub mod pattern;
@@ -19,6 +19,7 @@ pub mod pdf;
 pub mod polygon;
 pub mod preview;
 pub mod random;
+pub mod ribbons;
 pub mod sheets;
 pub mod simplify;
 pub mod split;
@@ -28,3 +29,4 @@ pub mod target;
 pub mod texture;
 pub mod unfold;
 pub mod verify;
+pub mod wrap;

@@ -1,6 +1,6 @@
 //! The pages: pieces with colours, lines and numbers, and what every page says.
 
-use crate::drawing::{BLACK, GREY, HALO_WIDTH, Item, LINE_WIDTH, Layer, Mark, Page, Style, srgb};
+use crate::drawing::{BLACK, GREY, Item, Layer, Mark, Page, Style, srgb};
 use crate::labels::{Label, Labels, NAME, NUMBER};
 use crate::layout::{Paper, Place, shelves};
 use crate::mesh::Mesh;
@@ -216,7 +216,7 @@ fn draw_piece(
             data: data(&[("facet", f.to_string())]),
         });
     }
-    // Black, red and blue do not show on dark colours: lines get a white bed there, cut lines outside only, which falls away.
+    // Black, red and blue do not show on dark colours: lines get a white bed there, cut lines one of dashes, which leaves little white.
     let textured = picture.is_some();
     if let Some(picture) = picture {
         page.items.push(Item { layer: Layer::Print, mark: Mark::Picture(picture), data: data(&[]) });
@@ -226,11 +226,7 @@ fn draw_piece(
             page.line(Layer::Print, Style::Halo, &fold.ends, false);
         }
         for outline in &piece.outline {
-            for (k, &a) in outline.iter().enumerate() {
-                let b = outline[(k + 1) % outline.len()];
-                let out = -(b - a).normalize_or_zero().perp() * 0.5 * (LINE_WIDTH + HALO_WIDTH);
-                page.line(Layer::Print, Style::Halo, &[a + out, b + out], false);
-            }
+            page.line(Layer::Print, Style::CutHalo, outline, true);
         }
     }
     for fold in &piece.folds {

@@ -46,6 +46,7 @@ fn stroke(style: Style) -> String {
         Style::Mountain => ("#c03030", LINE_WIDTH, "3 0.9 0.5 0.9"),
         Style::Valley => ("#3050c0", LINE_WIDTH, "1.6 1.1"),
         Style::Halo => ("#ffffff", HALO_WIDTH, ""),
+        Style::CutHalo => ("#ffffff", HALO_WIDTH, "0.6 1.8"),
         Style::Thin => ("#808080", 0.15, ""),
         Style::Bold => ("#000000", 0.4, ""),
     };
@@ -92,7 +93,7 @@ pub fn document(page: &Page, dpi: Option<f64>, recipe: &str) -> String {
                     // A hair of the same colour closes the seams that antialiasing leaves between neighbours.
                     let hair = match layer {
                         Layer::Print if [*r, *g, *b] != [255; 3] => {
-                            format!(" stroke=\"#{r:02x}{g:02x}{b:02x}\" stroke-width=\"0.06\" stroke-linejoin=\"round\"")
+                            format!(" stroke=\"#{r:02x}{g:02x}{b:02x}\" stroke-width=\"0.12\" stroke-linejoin=\"round\"")
                         }
                         _ => String::new(),
                     };

@@ -217,6 +217,27 @@ fn a_weave_becomes_strips_that_go_over_and_under_as_its_draft_says() {
         assert!(said.status == 0 && said.stderr.contains("weave to the design"), "{name}: {}", said.stderr);
         let text = folder.read(&file);
         folder.write("bad.svg", text.replacen("data-over=\"1\"", "data-over=\"0\"", 1));
+        // The same by other people's geometry, without the design.
+        let python = project("target/validate-venv/bin/python");
+        if python.exists() {
+            let validate =
+                |file: &str| Command::new(&python).arg(project("fabricate/validate.py")).arg(folder.path(file)).output().unwrap();
+            let good = validate(&file);
+            assert!(good.status.success(), "{name}: {}", String::from_utf8_lossy(&good.stderr));
+            // The other pages are the same.
+            let bad_first = if file.ends_with("-1.svg") { "bad-1.svg" } else { "bad.svg" };
+            folder.write(bad_first, text.replacen("data-over=\"1\"", "data-over=\"0\"", 1));
+            for page in 2..9 {
+                if folder.path(&format!("w-{page}.svg")).exists() {
+                    std::fs::copy(folder.path(&format!("w-{page}.svg")), folder.path(&format!("bad-{page}.svg"))).unwrap();
+                }
+            }
+            let bad = validate(bad_first);
+            let said = String::from_utf8_lossy(&bad.stderr);
+            assert!(bad.status.code() == Some(1) && said.contains("both strips lie over or both under"), "{name}: {said}");
+        } else {
+            println!("skipped validate.py: scripts/setup.sh test installs what it uses");
+        }
         let said = folder.run(["fold", "--verify", "bad.svg", "--against", &sample(name)]);
         assert!(said.status == 1 && said.stderr.contains("draft"), "{name}: {}", said.stderr);
         for (path, _) in folder.snapshot() {
@@ -348,4 +369,45 @@ fn a_closed_mesh_is_reduced_and_stays_closed() {
     // Both at once cannot be had.
     let said = fold(&folder, "ball.obj", "d.fold", &["--slope-tolerance", "8", "--max-facets", "120", "--force"]);
     assert!(said.status == 2 && said.stderr.contains("--slope-tolerance") && !folder.path("d.fold").exists(), "{}", said.stderr);
+}
+
+#[test]
+fn a_wrap_sheet_larger_than_the_page_is_printed_in_parts() {
+    let folder = Folder::new();
+    let source = sample("v-grooves.toml");
+    let arguments = ["--scale", "10", "--on", "cylinder:radius=70,height=90", "--paper-thickness", "0.1", "--force", "--effort", "0.1"];
+    let said = fold(&folder, &source, "w.svg", &arguments);
+    assert_eq!(said.status, 0, "{}", said.stderr);
+    let sidecar: serde_json::Value = serde_json::from_str(&folder.read("w.json")).unwrap();
+    let wrap = &sidecar["wrap"];
+    let parts = wrap["pages"].as_array().unwrap();
+    assert!(parts.len() > 1, "{wrap}");
+    for marker in wrap["markers"].as_array().unwrap() {
+        let page = folder.read(&format!("w-{}.svg", marker["page"]));
+        assert!(page.contains(&format!("data-marker=\"{}\"", marker["id"])), "{marker}");
+    }
+    // The pieces follow the parts of the sheet.
+    assert!(sidecar["pieces"].as_array().unwrap().iter().all(|p| p["page"].as_u64().unwrap() > parts.len() as u64));
+    let said = folder.run(["fold", "--verify", "w-1.svg", "--against", &source]);
+    assert_eq!(said.status, 0, "{}", said.stderr);
+}
+
+#[test]
+fn the_preview_of_a_weave_compares_flat_strips_with_round_threads() {
+    let folder = Folder::new();
+    let change = |thickness: &str| {
+        let arguments = ["--scale", "60", "--periods", "2x2", "--preview", "--paper-thickness", thickness, "--json", "--force"];
+        let said = fold(&folder, &sample("shot-silk.toml"), "s.pdf", &arguments);
+        assert_eq!(said.status, 0, "{}", said.stderr);
+        let value: serde_json::Value = serde_json::from_str(&said.stdout).unwrap();
+        assert_eq!(value["summary"]["preview"]["crafted"], "strips");
+        value["summary"]["preview"]["relative_rms"].as_f64().unwrap()
+    };
+    let thin = change("0.1");
+    assert!(thin > 0.05 && thin < 2.0, "{thin}: flat strips are no round threads");
+    // What overhangs and is no weave is refused, with the reason.
+    let said = fold(&folder, &sample("velvet-rods.toml"), "v.pdf", &["--scale", "300", "--periods", "1x1", "--preview", "--force"]);
+    assert!(said.status == 2 && said.stderr.contains("no height over the plane"), "{}", said.stderr);
+    let said = fold(&folder, &sample("shot-silk.toml"), "t.pdf", &["--scale", "60", "--preview", "--paper-thickness", "9", "--force"]);
+    assert!(said.status == 2 && said.stderr.contains("crimp") && !folder.path("t.pdf").exists(), "{}", said.stderr);
 }

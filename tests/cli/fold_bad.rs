@@ -62,7 +62,7 @@ const ARGUMENTS: [ArgumentCase; 17] = [
     ("too many periods", &["--periods", "9999x9999"], &["triangles", "--size"]),
     ("a target that is none", &["--on", "ball:radius=3"], &["--on", "ball", "cylinder:radius=40,height=100"]),
     ("a target without a height", &["--on", "cylinder:radius=40"], &["--on", "height"]),
-    ("a target larger than the page", &["--on", "cylinder:radius=400,height=1000", "--scale", "20", "--force"], &["--on", "a3"]),
+    ("a target beyond all pages", &["--on", "cylinder:radius=2000,height=9000", "--scale", "99", "--force"], &["--on", "a3", "pages"]),
     ("a tab of 0", &["--tab", "0"], &["--tab"]),
     ("no facets at all", &["--max-facets", "1"], &["--max-facets", "at least 2"]),
     ("a slope tolerance of 0", &["--slope-tolerance", "0"], &["--slope-tolerance"]),

@@ -17,10 +17,11 @@ use biscale_fabricate::output::{Content, Format, side_by_side};
 use biscale_fabricate::pattern::Pattern;
 use biscale_fabricate::preview::{self, Preview};
 use biscale_fabricate::sheets::{Look, SILHOUETTE_INSET, Sheets, sheets};
-use biscale_fabricate::target::{self, Wrap};
+use biscale_fabricate::target;
 use biscale_fabricate::texture::Texture;
 use biscale_fabricate::unfold::search::Effort;
 use biscale_fabricate::unfold::tabs::TabStyle;
+use biscale_fabricate::wrap::{self, Wrap};
 use clap::{Args, ValueEnum};
 use glam::DVec2;
 use serde_json::{Value, json};
@@ -66,7 +67,7 @@ struct ShapeArgs {
     /// Printed mm for one mm of the design, or for one unit of a mesh file
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, allow_negative_numbers = true)]
     scale: f64,
-    /// Thickness of the paper in mm: moves the folds by the bend allowance
+    /// Thickness of the paper in mm: folds take their bend allowance
     #[arg(long, value_name = "MM", default_value_t = 0.0, value_parser = millimetres::<0, 20>, allow_negative_numbers = true)]
     paper_thickness: f64,
     /// Reduce the surface to at most so many facets
@@ -87,7 +88,10 @@ struct ShapeArgs {
     /// Compare the effective BRDF of the folded paper with the design's: what does crafting change?
     #[arg(long)]
     preview: bool,
-    /// Radius of folds in mm, for --preview
+    /// Where the paper keeps its length, from the inner side of a fold, as a share of its thickness
+    #[arg(long, value_name = "SHARE", default_value_t = 0.5, value_parser = share, allow_negative_numbers = true)]
+    k_factor: f64,
+    /// Inner radius of folds in mm, for --paper-thickness and --preview
     #[arg(long, value_name = "MM", default_value_t = 0.3, value_parser = millimetres::<0, 20>, allow_negative_numbers = true)]
     fold_radius: f64,
 }
@@ -186,6 +190,13 @@ fn degrees(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(v) if v > 0.0 && v <= 90.0 => Ok(v),
         _ => Err("write an angle in degrees, above 0 to 90".to_owned()),
+    }
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(v) if (0.0..=1.0).contains(&v) => Ok(v),
+        _ => Err("write a share from 0 to 1; paper has 0.5".to_owned()),
     }
 }
 
@@ -339,6 +350,8 @@ impl FoldArgs {
             scale,
             periods,
             thickness: self.shape.paper_thickness,
+            fold_radius: self.shape.fold_radius,
+            k_factor: self.shape.k_factor,
             max_facets: self.shape.max_facets,
             slope_tolerance_deg: self.shape.slope_tolerance,
             split,
@@ -363,17 +376,20 @@ fn wrap_sheet(args: &FoldArgs, source: &Source, recipe: &Recipe, paper: Paper, t
     let Some(on) = &args.shape.on else { return Ok(None) };
     let target = target::Target::parse(on)?;
     let fit = target.fit(source.period(recipe.scale), recipe.thickness);
-    let wrap = target::wrap(target, fit, recipe.thickness, &source.colours(), paper, title)?;
-    let mut told = json!({
+    let wrap = wrap::wrap(target, fit, recipe.thickness, &source.colours(), paper, title)?;
+    let told = json!({
         "target": target,
         "fit": fit,
         "dictionary": "DICT_5X5_100",
         "seam_mm": target::SEAM,
-        "origin_mm": wrap.origin.to_array(),
+        "origin_mm": wrap.parts[0].origin_mm,
+        "turned": wrap.turned,
+        "join_mm": wrap::JOIN,
+        "joined_size_mm": wrap.size.to_array(),
+        "pages": wrap.parts,
         "markers": wrap.markers,
         "patches": wrap.patches,
     });
-    told["page"] = json!(1);
     Ok(Some((wrap, told)))
 }
 
@@ -429,8 +445,8 @@ fn make(args: &FoldArgs, source: &Source, path: &Path, recipe: &Recipe, paper: P
     }
     sheets.pages.push(assembly::page(&mesh, &pattern, paper, &title));
     let wrap = wrap.map(|(wrap, told)| {
-        sheets.pages.insert(0, wrap.page);
-        sheets.places.iter_mut().for_each(|p| p.page += 1);
+        sheets.places.iter_mut().for_each(|p| p.page += wrap.pages.len());
+        sheets.pages.splice(0..0, wrap.pages);
         told
     });
     // Of the design's own triangles where they are folded as they are; a reduced or thick one is its own design.
@@ -453,7 +469,34 @@ fn preview_of(args: &FoldArgs, source: &Source, recipe: &Recipe, control: &Contr
             .into());
     };
     let printed = recipe.scale * source.unit_mm();
-    preview::preview(&material.1, printed, args.shape.fold_radius, recipe.thickness, args.search.seed, control).map(Some)
+    let seed = args.search.seed;
+    match source.weave().filter(|_| !args.sheet.facets) {
+        Some(weave) => preview::preview_strips(&material.1, weave, printed, recipe.thickness, seed, control),
+        None => preview::preview(&material.1, printed, args.shape.fold_radius, recipe.thickness, seed, control),
+    }
+    .map(Some)
+}
+
+/// The files written, as a line of its own.
+fn written(names: &[PathBuf]) -> String {
+    let list = match names {
+        [one, rest @ .., last] if rest.len() > 1 => format!("{} ... {}", one.display(), last.display()),
+        _ => names.iter().map(|n| n.display().to_string()).collect::<Vec<_>>().join(", "),
+    };
+    format!("\nwrote {list}")
+}
+
+/// What a preview says, as a line of its own; nothing without one.
+fn preview_text(preview: Option<&Preview>) -> String {
+    let Some(p) = preview else { return String::new() };
+    let sampling = if p.sampling_rms > 0.0 { format!("sampling alone {:.1} %, ", 100.0 * p.sampling_rms) } else { String::new() };
+    format!(
+        "\npreview: {} change the effective BRDF by {:.1} % (relative RMS of {} pairs; {sampling}error {:.1} %)",
+        p.crafted.text(),
+        100.0 * p.relative_rms,
+        p.pairs,
+        100.0 * p.error
+    )
 }
 
 fn size_text(mesh: &Mesh) -> String {
@@ -494,22 +537,8 @@ impl Made {
         for note in &self.notes {
             text.push_str(&format!("\nnote: {note}"));
         }
-        if let Some(p) = &self.preview {
-            let [ridge, valley] = p.radius_mm;
-            text.push_str(&format!(
-                "\npreview: ridges of radius {ridge:.2} mm and valleys of {valley:.2} mm change the effective BRDF by {:.1} % (relative RMS of {} \
-                 pairs; sampling alone {:.1} %, error {:.1} %)",
-                100.0 * p.relative_rms,
-                p.pairs,
-                100.0 * p.sampling_rms,
-                100.0 * p.error
-            ));
-        }
-        let written = match names {
-            [one, rest @ .., last] if rest.len() > 1 => format!("{} ... {}", one.display(), last.display()),
-            _ => names.iter().map(|n| n.display().to_string()).collect::<Vec<_>>().join(", "),
-        };
-        text.push_str(&format!("\nwrote {written}"));
+        text.push_str(&preview_text(self.preview.as_ref()));
+        text.push_str(&written(names));
         text
     }
 }
