@@ -1,6 +1,8 @@
 //! `biscale fold` of a weave: strips of paper.
 
-use super::{FoldArgs, Outputs};
+use super::FoldArgs;
+use super::made::{preview_text, written};
+use super::outputs::Outputs;
 use crate::options::CommonArgs;
 use crate::output;
 use crate::progress;
@@ -79,8 +81,8 @@ pub fn run(
     for note in source.notes() {
         text.push_str(&format!("\nnote: {note}"));
     }
-    text.push_str(&super::preview_text(preview.as_ref()));
-    text.push_str(&super::written(&names));
+    text.push_str(&preview_text(preview.as_ref()));
+    text.push_str(&written(&names));
     output::tell(common, &text);
     Ok(0)
 }
