@@ -1,6 +1,7 @@
 //! The command `biscale`: one file a command, and what they share in `options`, `output`, `progress` and `interrupt`.
 
 mod bake;
+mod cache;
 mod check;
 mod check_scene;
 mod compare;
@@ -64,8 +65,8 @@ enum Command {
     Capture(later::LaterArgs),
     /// Photograph pair to material (not built yet)
     Fit(later::LaterArgs),
-    /// Precomputed BRDF tables (not built yet)
-    Cache(later::LaterArgs),
+    /// Precomputed BRDFs of the low-rank method: list or clear them
+    Cache(cache::CacheArgs),
     /// The interactive editor (not built yet)
     Edit(later::LaterArgs),
 }
@@ -111,7 +112,7 @@ fn run(cli: &Cli) -> Result<u8> {
         Command::Fold(args) => return fold::run(args, &cli.common),
         Command::Capture(_) => later::run("capture")?,
         Command::Fit(_) => later::run("fit")?,
-        Command::Cache(_) => later::run("cache")?,
+        Command::Cache(args) => cache::run(args, &cli.common)?,
         Command::Edit(_) => later::run("edit")?,
     }
     Ok(0)

@@ -200,6 +200,7 @@ pub(super) fn traced<'a>(
         directions,
         stages: names.into_iter().zip(run.seconds.map(|s| 1e3 * s)).collect(),
         relative_rms: outcome.relative_rms,
+        low_rank: Vec::new(),
         notes,
     };
     let tracer = run.tracer;
@@ -408,7 +409,7 @@ impl Run<'_, '_> {
 }
 
 /// A part of a list, of about `count` pairs: those between some of the directions, since each direction costs.
-fn part_of(pairs: &[Pair], demand: &Demand, count: usize) -> Vec<Pair> {
+pub(super) fn part_of(pairs: &[Pair], demand: &Demand, count: usize) -> Vec<Pair> {
     // Half the directions make a quarter of the pairs of a table. Of a list that is none, pairs are left out all the same.
     let keep_one_in = (demand.pairs.len() as f64 / count as f64).sqrt().round().max(1.0);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of the whole numbers")]
@@ -436,7 +437,7 @@ fn clustering(small: &SmallScale, long: bool, width: f64) -> Option<Clustering> 
 }
 
 /// Samples, a power of two, that bring an error down by `factor`: it falls with the samples to about this power (measured: .63 to .8).
-fn needed(samples: u32, factor: f64) -> u32 {
+pub(super) fn needed(samples: u32, factor: f64) -> u32 {
     const RATE: f64 = 0.75;
     // One round too many costs more than a few samples too many.
     const MARGIN: f64 = 1.2;

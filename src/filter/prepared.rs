@@ -100,7 +100,7 @@ impl<'a> Tracer<'a> {
 
     /// Visibility: by horizon angles where few azimuths have many directions; else by projection, or by rays where the projection spans
     /// too many periods. All three are exact.
-    fn see(&self, facets: &Facets, directions: &[DVec3]) -> Result<Bits> {
+    pub fn see(&self, facets: &Facets, directions: &[DVec3]) -> Result<Bits> {
         let words = facets.triangle.len() / 64;
         let mut bits = Bits { words, rows: vec![0; words * directions.len()] };
         let azimuths = by_azimuth(directions);
