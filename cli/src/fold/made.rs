@@ -30,6 +30,7 @@ impl Made {
             "title": self.title,
             "facets": self.mesh.facets.len(),
             "pieces": self.pattern.pieces.len(),
+            "different_pieces": self.different(),
             "glued_edges": self.pattern.glued.len(),
             "folds": self.pattern.pieces.iter().map(|p| p.folds.iter().filter(|f| f.angle != 0.0).count()).sum::<usize>(),
             "pages": self.sheets.pages.len(),
@@ -40,14 +41,18 @@ impl Made {
         })
     }
 
+    /// How many shapes of pieces there are.
+    fn different(&self) -> usize {
+        self.pattern.pieces.iter().map(|p| p.like).collect::<std::collections::BTreeSet<_>>().len()
+    }
+
     pub(super) fn tell(&self, milliseconds: f64, names: &[PathBuf]) -> String {
-        let kinds: std::collections::BTreeSet<usize> = self.pattern.pieces.iter().map(|p| p.like).collect();
         let mut text = format!(
             "{}: {} facets in {} pieces ({} different), {} glued edges, {} pages; {milliseconds:.0} ms",
             self.title,
             self.mesh.facets.len(),
             self.pattern.pieces.len(),
-            kinds.len(),
+            self.different(),
             self.pattern.glued.len(),
             self.sheets.pages.len()
         );
