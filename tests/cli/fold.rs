@@ -315,6 +315,11 @@ fn parts_of_one_shape_are_unfolded_once_and_printed_as_often_as_they_are_needed(
         let report: serde_json::Value = serde_json::from_str(&said.stdout).unwrap();
         assert!(said.status == 0 && report["report"]["numbered"] == 96, "{file}: {report}");
     }
+    let python = project("target/validate-venv/bin/python");
+    if python.exists() {
+        let said = Command::new(python).arg(project("fabricate/validate.py")).arg(folder.path("p.fold")).output().unwrap();
+        assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
+    }
     let page = folder.read("p-1.svg");
     assert!(page.contains(">1 (x16)</text>"));
     // One number changed: the sides of an edge differ then.

@@ -77,9 +77,9 @@ pub(super) struct ShapeArgs {
     /// Where the paper keeps its length, from the inner side of a fold, as a share of its thickness
     #[arg(long, value_name = "SHARE", default_value_t = 0.5, value_parser = share, allow_negative_numbers = true)]
     pub(super) k_factor: f64,
-    /// Inner radius of folds in mm, for --paper-thickness and --preview
-    #[arg(long, value_name = "MM", default_value_t = 0.3, value_parser = millimetres::<0, 20>, allow_negative_numbers = true)]
-    pub(super) fold_radius: f64,
+    /// Inner radius of folds in mm; by default 0 for --paper-thickness (pressed sharp) and 0.3 for --preview (as they are seen)
+    #[arg(long, value_name = "MM", value_parser = millimetres::<0, 20>, allow_negative_numbers = true)]
+    pub(super) fold_radius: Option<f64>,
 }
 
 /// How it is drawn.
@@ -270,7 +270,7 @@ impl FoldArgs {
             scale,
             periods,
             thickness: self.shape.paper_thickness,
-            fold_radius: self.shape.fold_radius,
+            fold_radius: self.shape.fold_radius.unwrap_or(0.0),
             k_factor: self.shape.k_factor,
             max_facets: self.shape.max_facets,
             slope_tolerance_deg: self.shape.slope_tolerance,

@@ -83,6 +83,9 @@ pub fn run(args: &FoldArgs, common: &CommonArgs) -> Result<u8> {
     Ok(0)
 }
 
+/// Inner radius of folds that a preview rounds them by, mm, if none is given.
+const PREVIEW_RADIUS: f64 = 0.3;
+
 /// The wrap sheet, if one is asked for.
 fn wrap_sheet(args: &FoldArgs, source: &Source, recipe: &Recipe, paper: Paper, title: &str) -> Result<Option<(Wrap, Value)>> {
     let Some(on) = &args.shape.on else { return Ok(None) };
@@ -184,7 +187,7 @@ fn preview_of(args: &FoldArgs, source: &Source, recipe: &Recipe, control: &Contr
     let seed = args.search.seed;
     match source.weave().filter(|_| !args.sheet.facets) {
         Some(weave) => preview::preview_strips(&material.1, weave, printed, recipe.thickness, seed, control),
-        None => preview::preview(&material.1, printed, args.shape.fold_radius, recipe.thickness, seed, control),
+        None => preview::preview(&material.1, printed, args.shape.fold_radius.unwrap_or(PREVIEW_RADIUS), recipe.thickness, seed, control),
     }
     .map(Some)
 }
