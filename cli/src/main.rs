@@ -18,6 +18,7 @@ mod png_file;
 mod progress;
 mod render;
 mod report;
+mod study;
 
 use biscale::error::{Error, Result};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -57,8 +58,11 @@ enum Command {
     Render(render::RenderArgs),
     /// How far two images are apart: PSNR, relative RMS, FLIP
     Compare(compare::CompareArgs),
-    /// Error against time, for every method and setting (not built yet)
-    Study(later::LaterArgs),
+    /// Error against time, for every method and setting
+    Study(study::StudyArgs),
+    /// One run of a study, in a process of its own
+    #[command(hide = true)]
+    StudyRun(study::child::RunArgs),
     /// Folding pattern: sheets to print, cut, fold and glue
     Fold(Box<fold::FoldArgs>),
     /// Photographs to calibrated measurements (not built yet)
@@ -108,7 +112,8 @@ fn run(cli: &Cli) -> Result<u8> {
         Command::Plot(args) => plot::run(args, &cli.common)?,
         Command::Render(args) => render::run(args, &cli.common)?,
         Command::Compare(args) => compare::run(args, &cli.common)?,
-        Command::Study(_) => later::run("study")?,
+        Command::Study(args) => study::run(args, &cli.common)?,
+        Command::StudyRun(args) => study::child::run(args, &cli.common)?,
         Command::Fold(args) => return fold::run(args, &cli.common),
         Command::Capture(_) => later::run("capture")?,
         Command::Fit(_) => later::run("fit")?,

@@ -140,7 +140,13 @@ pub(super) fn traced<'a>(
     // Clusters of unequal normals are a model, whose error must leave room for that of the samples. A plan repeats what was chosen for
     // the tolerance of its day.
     let mut narrowed = plan.map_or(0, |plan| plan.narrowed);
-    let tracer = |narrowed: usize| Tracer::new(small, clustering(small, long, WIDTHS[narrowed]).as_ref(), seed, control);
+    // Clusters count facets, which must all stand for the same: where a plan spreads them unevenly, whatever surface it was made for, each
+    // is summed by itself.
+    let even = !plan.is_some_and(|plan| plan.weighted);
+    let tracer = |narrowed: usize| {
+        let clustering = clustering(small, long, WIDTHS[narrowed]).filter(|_| even);
+        Tracer::new(small, clustering.as_ref(), seed, control)
+    };
     let mut run = Run {
         small,
         tracer: tracer(narrowed),
@@ -385,7 +391,8 @@ impl Run<'_, '_> {
         Ok((sums, last.filter(|_| parts == 1)))
     }
 
-    /// What clusters of unequal normals cost: the relative RMS difference of `S` from sums facet by facet, over some pairs.
+    /// What clusters of unequal normals cost: the relative RMS difference of `fbar` from sums facet by facet, over some pairs. Not of `S`: a
+    /// grazing viewer sees little, and counts as much as any.
     fn cluster_bias(&self) -> Result<f64> {
         let groups = &self.tracer.surface.groups;
         if !groups.iter().any(|g| g.cluster.is_some_and(|c| c.covariance != [0.0; 3])) {
@@ -400,12 +407,17 @@ impl Run<'_, '_> {
             sums
         };
         let (by_clusters, by_facets) = (sums(true), sums(false));
+        let mut areas = vec![[0.0; SETS]; demand.directions.len()];
+        prepared::add_areas(&batch, &demand, &mut areas);
         let total = |s: &PairSums, c: usize| s.iter().map(|set| set[c]).sum::<f64>();
         let (mut difference, mut energy) = (0.0, 0.0);
-        for (a, b) in by_clusters.iter().zip(&by_facets) {
+        for ((a, b), [_, viewer]) in by_clusters.iter().zip(&by_facets).zip(&demand.pairs) {
+            let area: f64 = areas[*viewer as usize].iter().sum();
             for c in 0..3 {
-                difference += (total(a, c) - total(b, c)).powi(2);
-                energy += total(b, c).powi(2);
+                if area > 0.0 {
+                    difference += ((total(a, c) - total(b, c)) / area).powi(2);
+                    energy += (total(b, c) / area).powi(2);
+                }
             }
         }
         Ok(if energy > 0.0 { (difference / energy).sqrt() } else { 0.0 })

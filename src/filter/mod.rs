@@ -5,18 +5,18 @@
 
 mod auto;
 mod cluster_sums;
-mod demand;
+pub(crate) mod demand;
 mod direct;
 mod estimate;
 mod importance;
 #[cfg(test)]
 mod kernel_tests;
-mod lobes;
+pub(crate) mod lobes;
 pub mod low_rank;
 mod plan;
 pub mod prepared;
 mod reference;
-mod sums;
+pub(crate) mod sums;
 
 use crate::direction::Pair;
 use crate::error::{BadInput, Error, Result};
@@ -161,7 +161,7 @@ pub struct Summary {
 }
 
 /// The matrices of one surface in the low-rank method: their sizes, rows and columns, and what was kept of them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct LowRankFacts {
     /// Place of the surface.
     pub surface: usize,
