@@ -2,8 +2,10 @@
 
 mod bake;
 mod cache;
+mod capture;
 mod check;
 mod check_scene;
+mod check_shoot;
 mod compare;
 mod eval;
 mod fold;
@@ -12,6 +14,8 @@ mod later;
 mod new;
 mod options;
 mod output;
+#[cfg(feature = "capture")]
+mod output_folder;
 mod pairs;
 mod plot;
 mod png_file;
@@ -65,8 +69,8 @@ enum Command {
     StudyRun(study::child::RunArgs),
     /// Folding pattern: sheets to print, cut, fold and glue
     Fold(Box<fold::FoldArgs>),
-    /// Photographs to calibrated measurements (not built yet)
-    Capture(later::LaterArgs),
+    /// Photographs to calibrated measurements
+    Capture(capture::CaptureArgs),
     /// Photograph pair to material (not built yet)
     Fit(later::LaterArgs),
     /// Precomputed BRDFs of the low-rank method: list or clear them
@@ -115,7 +119,7 @@ fn run(cli: &Cli) -> Result<u8> {
         Command::Study(args) => study::run(args, &cli.common)?,
         Command::StudyRun(args) => study::child::run(args, &cli.common)?,
         Command::Fold(args) => return fold::run(args, &cli.common),
-        Command::Capture(_) => later::run("capture")?,
+        Command::Capture(args) => return capture::run(args, &cli.common),
         Command::Fit(_) => later::run("fit")?,
         Command::Cache(args) => cache::run(args, &cli.common)?,
         Command::Edit(_) => later::run("edit")?,

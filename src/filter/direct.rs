@@ -51,7 +51,7 @@ const MOST_CLUSTERS_LONG: usize = 2048;
 /// Pairs on which the bias of clusters is measured (`numerics.md`, section 3.6).
 const BIAS_PAIRS: usize = 512;
 /// Samples up to which directions are looked into that hardly any sample sees.
-const MOST_SEARCH: u32 = 1 << 18;
+pub const MOST_SEARCH: u32 = 1 << 18;
 /// The same as samples times pairs: about a second.
 const MOST_SEARCH_SUMS: usize = 1 << 30;
 /// Share of a tolerance that this bias may take.
@@ -78,6 +78,8 @@ struct Run<'a, 'p> {
     last_block: (u32, [f64; 3]),
     /// Samples that will probably be needed.
     wanted: u32,
+    /// Samples that are expected to be needed at least.
+    start: u32,
 }
 
 /// Values, their relative RMS error, and how they were made.
@@ -89,17 +91,35 @@ struct Outcome {
     barely_seen: usize,
 }
 
-pub(super) fn direct(small: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
-    Ok(traced(small, pairs, quality, control)?.0)
+/// Values, and what finds facets and their visibility as it did for them.
+pub(super) struct Traced<'a> {
+    pub effective: Effective,
+    pub tracer: Tracer<'a>,
+    /// Samples that the values are from.
+    pub samples: u32,
+    /// Directions for which [`prepared::barely_seen`] holds.
+    barely_seen: usize,
 }
 
-/// The values, and what finds facets and their visibility as it did for them.
+pub(super) fn direct(small: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
+    Ok(traced(small, pairs, quality, control, 0)?.effective)
+}
+
+/// The same where at least about `start` samples are expected to be needed; and how many directions see so few of the samples that what
+/// they show may be missed.
+pub(super) fn from(small: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>, start: u32) -> Result<(Effective, usize)> {
+    let traced = traced(small, pairs, quality, control, start)?;
+    Ok((traced.effective, traced.barely_seen))
+}
+
+/// The values with what they were made by; at least about `start` samples are expected to be needed.
 pub(super) fn traced<'a>(
     small: &'a SmallScale,
     pairs: &[Pair],
     quality: &Quality,
     control: &Control<'a>,
-) -> Result<(Effective, Tracer<'a>, u32)> {
+    start: u32,
+) -> Result<Traced<'a>> {
     let began = (control.clock)();
     // Tables need not be reciprocal; every model is.
     let symmetric = !small.surfaces.iter().any(|s| matches!(s.brdf, Brdf::Measured(_)));
@@ -137,6 +157,7 @@ pub(super) fn traced<'a>(
         seconds: [0.0; 4],
         last_block: (1, [0.0; 3]),
         wanted: 0,
+        start,
     };
     let mut bias = run.cluster_bias()?;
     while bias > BIAS_SHARE * quality.tolerance && plan.is_none() {
@@ -209,16 +230,19 @@ pub(super) fn traced<'a>(
         low_rank: Vec::new(),
         notes,
     };
-    let tracer = run.tracer;
-    Ok((Effective { values: outcome.values, summary }, tracer, outcome.plan.samples()))
+    let (samples, barely_seen) = (outcome.plan.samples(), outcome.barely_seen);
+    Ok(Traced { effective: Effective { values: outcome.values, summary }, tracer: run.tracer, samples, barely_seen })
 }
 
 impl Run<'_, '_> {
     /// Samples to start with: to project all triangles along a direction costs as much as some samples, which a round with fewer would
-    /// save nothing by leaving out.
+    /// save nothing by leaving out. What is expected to be needed is not tried with less, but for the pilot run.
     fn first(&self) -> u32 {
         let triangles = u32::try_from(self.tracer.surface.triangles.len()).unwrap_or(u32::MAX);
-        (triangles / 2).clamp(MIN_SAMPLES, MOST_FIRST).next_power_of_two()
+        let least = (triangles / 2).clamp(MIN_SAMPLES, MOST_FIRST).next_power_of_two();
+        // Rounded down: what lies below the pilot run counts among the samples that are kept.
+        let expected = if self.start == 0 { 1 } else { 1 << self.start.ilog2() };
+        least.max(expected.min(PILOT_SAMPLES))
     }
 
     /// Samples of the pilot run.

@@ -3,6 +3,7 @@
 //! All methods are reached through [`effective`]. What a caller wants is in [`Quality`]; what it lends (a clock, a way to
 //! report progress and to be stopped) in [`Control`], so that no stage reads a global.
 
+mod auto;
 mod cluster_sums;
 pub(crate) mod demand;
 mod direct;
@@ -212,6 +213,7 @@ pub struct Effective {
 /// [`Error::BadInput`] for a plan that is none.
 pub fn effective(surface: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
     match quality.method_to_run()? {
+        Method::Direct if quality.method == Method::Auto && quality.plan.is_none() => auto::auto(surface, pairs, quality, control),
         Method::Auto | Method::Direct => direct::direct(surface, pairs, quality, control),
         Method::Reference => reference::reference(surface, pairs, quality, control),
         Method::LowRank => low_rank::low_rank(surface, pairs, quality, control),
