@@ -67,3 +67,18 @@ fn visible_area_agrees_with_the_truth() {
         }
     }
 }
+
+/// The plan of one surface may be given to another, whose facets are counted by clusters of normals.
+#[test]
+fn a_plan_that_spreads_facets_unevenly_is_right_on_every_surface() {
+    for (tile, brdf) in [("vgroove", "diffuse"), ("pyramid", "ggx_0.30"), ("bumpy", "ggx_0.30")] {
+        let truth = Truth::load(tile, brdf);
+        for plan in ["direct:8192x1", "direct:8192x1:weighted"] {
+            let cancel = AtomicBool::new(false);
+            let control = Control { cancel: &cancel, progress: &|_, _| {}, clock: &|| 0.0 };
+            let quality = Quality { method: Method::Direct, plan: Some(plan.to_owned()), ..Quality::default() };
+            let psnr = truth.psnr(&effective(&truth.surface, &truth.pairs, &quality, &control).unwrap());
+            assert!(psnr >= 48.0, "{tile} {brdf} by {plan}: {psnr:.1} dB");
+        }
+    }
+}

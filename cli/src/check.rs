@@ -1,6 +1,7 @@
 //! `biscale check`: validates files and says what would be done; does nothing.
 
 use crate::check_scene;
+use crate::check_shoot;
 use crate::interrupt;
 use crate::options::{CommonArgs, QualityArgs};
 use crate::output::{self, Description};
@@ -12,6 +13,7 @@ use biscale::geometry::Tile;
 use biscale::material::{Material, Surface, Tint};
 use biscale::render::scene::Scene;
 use biscale::toml_reader::Source;
+use biscale_capture::shoot::Shoot;
 use clap::Args;
 use glam::DVec3;
 use serde::Serialize;
@@ -22,7 +24,7 @@ use std::sync::atomic::Ordering;
 /// Arguments of `biscale check`.
 #[derive(Args, Debug)]
 pub struct CheckArgs {
-    /// Material and scene files
+    /// Material, scene and shoot files
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     #[command(flatten)]
@@ -82,6 +84,7 @@ struct Outcome {
 enum AnyReport {
     Material(Box<Report>),
     Scene(check_scene::Report),
+    Shoot(check_shoot::Report),
 }
 
 impl fmt::Display for AnyReport {
@@ -89,6 +92,7 @@ impl fmt::Display for AnyReport {
         match self {
             Self::Material(report) => report.fmt(f),
             Self::Scene(report) => report.fmt(f),
+            Self::Shoot(report) => report.fmt(f),
         }
     }
 }
@@ -98,6 +102,9 @@ impl AnyReport {
         let source = Source::read(file)?;
         if Scene::is_scene(&source) {
             return Ok(Self::Scene(check_scene::Report::of(&Scene::parse(&source)?, would_run)));
+        }
+        if Shoot::is_shoot(&source) {
+            return Ok(Self::Shoot(check_shoot::Report::of(&Shoot::parse(&source)?)));
         }
         Ok(Self::Material(Box::new(Report::of(&Material::parse(&source)?, would_run)?)))
     }

@@ -137,7 +137,7 @@ impl QualityArgs {
 }
 
 /// Reads `--tolerance`.
-fn tolerance(text: &str) -> Result<f64, String> {
+pub fn tolerance(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(v) if (1e-6..=1.0).contains(&v) => Ok(v),
         Ok(_) => Err("out of range; write a number from 0.000001 to 1, such as 0.005 for half a percent".to_owned()),

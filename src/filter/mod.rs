@@ -3,19 +3,20 @@
 //! All methods are reached through [`effective`]. What a caller wants is in [`Quality`]; what it lends (a clock, a way to
 //! report progress and to be stopped) in [`Control`], so that no stage reads a global.
 
+mod auto;
 mod cluster_sums;
-mod demand;
+pub(crate) mod demand;
 mod direct;
 mod estimate;
 mod importance;
 #[cfg(test)]
 mod kernel_tests;
-mod lobes;
+pub(crate) mod lobes;
 pub mod low_rank;
 mod plan;
 pub mod prepared;
 mod reference;
-mod sums;
+pub(crate) mod sums;
 
 use crate::direction::Pair;
 use crate::error::{BadInput, Error, Result};
@@ -160,7 +161,7 @@ pub struct Summary {
 }
 
 /// The matrices of one surface in the low-rank method: their sizes, rows and columns, and what was kept of them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct LowRankFacts {
     /// Place of the surface.
     pub surface: usize,
@@ -212,6 +213,7 @@ pub struct Effective {
 /// [`Error::BadInput`] for a plan that is none.
 pub fn effective(surface: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
     match quality.method_to_run()? {
+        Method::Direct if quality.method == Method::Auto && quality.plan.is_none() => auto::auto(surface, pairs, quality, control),
         Method::Auto | Method::Direct => direct::direct(surface, pairs, quality, control),
         Method::Reference => reference::reference(surface, pairs, quality, control),
         Method::LowRank => low_rank::low_rank(surface, pairs, quality, control),
