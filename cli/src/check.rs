@@ -7,6 +7,7 @@ use crate::options::{CommonArgs, QualityArgs};
 use crate::output::{self, Description};
 use biscale::brdf::Brdf;
 use biscale::error::{Error, Result};
+use biscale::filter::low_rank::Variant;
 use biscale::filter::{Method, Quality};
 use biscale::geometry::Tile;
 use biscale::material::{Material, Surface, Tint};
@@ -287,7 +288,10 @@ fn memory(tile: &Tile) -> usize {
 fn would_run(quality: &Quality) -> Result<String> {
     let method = match quality.method_to_run()? {
         Method::Auto | Method::Direct => "direct",
-        Method::LowRank => "lowrank (not built yet)",
+        Method::LowRank => match quality.variant {
+            Variant::Paper => "lowrank",
+            Variant::Improved => "lowrank improved",
+        },
         Method::SphericalGaussian => "sg (not built yet)",
         Method::Reference => "reference",
     };
