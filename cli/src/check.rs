@@ -1,16 +1,19 @@
 //! `biscale check`: validates files and says what would be done; does nothing.
 
 use crate::check_scene;
+use crate::check_shoot;
 use crate::interrupt;
 use crate::options::{CommonArgs, QualityArgs};
 use crate::output::{self, Description};
 use biscale::brdf::Brdf;
 use biscale::error::{Error, Result};
+use biscale::filter::low_rank::Variant;
 use biscale::filter::{Method, Quality};
 use biscale::geometry::Tile;
 use biscale::material::{Material, Surface, Tint};
 use biscale::render::scene::Scene;
 use biscale::toml_reader::Source;
+use biscale_capture::shoot::Shoot;
 use clap::Args;
 use glam::DVec3;
 use serde::Serialize;
@@ -21,7 +24,7 @@ use std::sync::atomic::Ordering;
 /// Arguments of `biscale check`.
 #[derive(Args, Debug)]
 pub struct CheckArgs {
-    /// Material and scene files
+    /// Material, scene and shoot files
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     #[command(flatten)]
@@ -81,6 +84,7 @@ struct Outcome {
 enum AnyReport {
     Material(Box<Report>),
     Scene(check_scene::Report),
+    Shoot(check_shoot::Report),
 }
 
 impl fmt::Display for AnyReport {
@@ -88,6 +92,7 @@ impl fmt::Display for AnyReport {
         match self {
             Self::Material(report) => report.fmt(f),
             Self::Scene(report) => report.fmt(f),
+            Self::Shoot(report) => report.fmt(f),
         }
     }
 }
@@ -95,6 +100,9 @@ impl fmt::Display for AnyReport {
 impl AnyReport {
     fn of(file: &Path, would_run: &str) -> Result<Self> {
         let source = Source::read(file)?;
+        if Shoot::is_shoot(&source) {
+            return Ok(Self::Shoot(check_shoot::Report::of(&Shoot::parse(&source)?)));
+        }
         if Scene::is_scene(&source) {
             return Ok(Self::Scene(check_scene::Report::of(&Scene::parse(&source)?, would_run)));
         }
@@ -280,7 +288,10 @@ fn memory(tile: &Tile) -> usize {
 fn would_run(quality: &Quality) -> Result<String> {
     let method = match quality.method_to_run()? {
         Method::Auto | Method::Direct => "direct",
-        Method::LowRank => "lowrank (not built yet)",
+        Method::LowRank => match quality.variant {
+            Variant::Paper => "lowrank",
+            Variant::Improved => "lowrank improved",
+        },
         Method::SphericalGaussian => "sg (not built yet)",
         Method::Reference => "reference",
     };

@@ -38,7 +38,7 @@ enum Kind {
     Mesh,
     /// A scene for `render`
     Scene,
-    /// A list of photographs for `capture`; not built yet
+    /// A list of photographs for `capture`
     Shoot,
     /// The question that `fit` answers; not built yet
     Fit,
@@ -51,7 +51,7 @@ enum Kind {
 pub fn run(args: &NewArgs, common: &CommonArgs) -> Result<()> {
     let kind = args.kind.to_possible_value().map(|v| v.get_name().to_owned()).unwrap_or_default();
     let unsupported = || Error::Unsupported { what: format!("`biscale new {kind}`"), remedy: "it is not built yet in this version".into() };
-    if matches!(args.kind, Kind::Shoot | Kind::Fit) {
+    if args.kind == Kind::Fit {
         return Err(unsupported());
     }
     let [file] = &args.files[..] else {
@@ -59,6 +59,7 @@ pub fn run(args: &NewArgs, common: &CommonArgs) -> Result<()> {
     };
     let text = match args.kind {
         Kind::Scene => TEMPLATE.to_owned(),
+        Kind::Shoot => biscale_capture::shoot::TEMPLATE.to_owned(),
         _ => biscale::geometry::template(&kind).ok_or_else(unsupported)?,
     };
     // The user edits this file: it is never recognised as ours to overwrite.

@@ -100,7 +100,7 @@ impl<'a> Tracer<'a> {
 
     /// Visibility: by horizon angles where few azimuths have many directions; else by projection, or by rays where the projection spans
     /// too many periods. All three are exact.
-    fn see(&self, facets: &Facets, directions: &[DVec3]) -> Result<Bits> {
+    pub fn see(&self, facets: &Facets, directions: &[DVec3]) -> Result<Bits> {
         let words = facets.triangle.len() / 64;
         let mut bits = Bits { words, rows: vec![0; words * directions.len()] };
         let azimuths = by_azimuth(directions);
@@ -311,7 +311,7 @@ pub struct Prepared<'a> {
 /// # Errors
 /// Those of [`super::effective`].
 pub fn prepare<'a>(small: &SmallScale, pairs: &'a [Pair], quality: &Quality, control: &Control<'_>) -> Result<(Prepared<'a>, Effective)> {
-    let (effective, tracer, samples) = direct::traced(small, pairs, quality, control)?;
+    let direct::Traced { effective, tracer, samples, .. } = direct::traced(small, pairs, quality, control, 0)?;
     let symmetric = !small.surfaces.iter().any(|s| matches!(s.brdf, Brdf::Measured(_)));
     Ok((Prepared::new(&tracer, pairs, Demand::new(pairs, symmetric), samples)?, effective))
 }
