@@ -100,11 +100,11 @@ impl fmt::Display for AnyReport {
 impl AnyReport {
     fn of(file: &Path, would_run: &str) -> Result<Self> {
         let source = Source::read(file)?;
-        if Scene::is_scene(&source) {
-            return Ok(Self::Scene(check_scene::Report::of(&Scene::parse(&source)?, would_run)));
-        }
         if Shoot::is_shoot(&source) {
             return Ok(Self::Shoot(check_shoot::Report::of(&Shoot::parse(&source)?)));
+        }
+        if Scene::is_scene(&source) {
+            return Ok(Self::Scene(check_scene::Report::of(&Scene::parse(&source)?, would_run)));
         }
         Ok(Self::Material(Box::new(Report::of(&Material::parse(&source)?, would_run)?)))
     }

@@ -95,6 +95,9 @@ fn photograph(folder: &Folder, lens: &Lens, pose: &Pose, name: &str) {
         }
     }
     studio::save16(&out, &folder.path(name));
+    if let Ok(keep) = std::env::var("BISCALE_KEEP") {
+        std::fs::copy(folder.path(name), std::path::Path::new(&keep).join(format!("sheet-{name}"))).unwrap();
+    }
 }
 
 fn check(on: &str, poses: &[Pose], bend: &dyn Fn(DVec2, DVec2, f64) -> DVec3) {
@@ -158,5 +161,5 @@ fn a_sheet_around_a_cylinder_is_registered_within_a_fifth_of_a_millimetre() {
         let (sin, cos) = degrees.to_radians().sin_cos();
         Pose::looking_at(DVec3::new(230.0 * cos, 230.0 * sin, z), DVec3::ZERO, DVec3::Z)
     };
-    check("cylinder:radius=30,height=70", &[at(60.0, 40.0), at(200.0, -30.0)], &bend);
+    check("cylinder:radius=30,height=70", &[at(60.0, 40.0), at(125.0, -30.0)], &bend);
 }
