@@ -28,14 +28,18 @@ const MEAN_SHARE: f64 = 0.06;
 const MAX_RATIO: f32 = 4.0;
 
 impl Field {
-    /// Cuts at most `side` x `side` reduced pixels out of the middle of what the mask leaves, `factor` x `factor` averaged to one.
-    pub fn cut(photo: &Photo<'_>, factor: usize, side: usize) -> Self {
+    /// Cuts at most `side` x `side` reduced pixels out of the middle of what the mask leaves, `factor` x `factor` averaged to one;
+    /// nothing if fewer than `least` are left along an axis.
+    pub fn cut(photo: &Photo<'_>, factor: usize, side: usize, least: usize) -> Option<Self> {
         let [x0, x1, y0, y1] = used_box(photo);
         let place = |low: usize, high: usize| {
             let size = ((high - low) / factor).min(side);
             (low + (high - low - size * factor) / 2, size)
         };
         let ((left, width), (top, height)) = (place(x0, x1), place(y0, y1));
+        if width.min(height) < least {
+            return None;
+        }
         let share = 1.0 / (factor * factor) as f32;
         let rows: Vec<(Vec<[f32; 3]>, Vec<bool>)> = (0..height)
             .into_par_iter()
@@ -62,7 +66,7 @@ impl Field {
         let (rgb, valid) = (rgb.concat(), valid.concat());
         let radius = ((width.min(height) as f64 * MEAN_SHARE) as usize).max(2);
         let ratio = local_ratio(&rgb, &valid, width, height, radius);
-        Self { width, height, factor, ratio, rgb, valid }
+        Some(Self { width, height, factor, ratio, rgb, valid })
     }
 
     /// Position of a pixel from the middle of the cut, in pixels of this scale.

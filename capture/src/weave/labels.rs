@@ -63,9 +63,9 @@ pub(super) fn search(coarse: &Fold, fine: &Fold, pitch: [f64; 2], given: Option<
             fill_error: [0.0; 2],
         }));
     }
-    best_distinct(&mut rated, coarse.repeat, FINALISTS);
+    best_variants(&mut rated, coarse.repeat, FINALISTS);
     let mut refined: Vec<Guess> = rated.into_iter().map(|guess| refine(coarse, guess, 0.02)).collect();
-    best_distinct(&mut refined, coarse.repeat, SHARPENED);
+    best_variants(&mut refined, coarse.repeat, SHARPENED);
     refined
 }
 
@@ -91,6 +91,32 @@ fn best_distinct(guesses: &mut Vec<Guess>, repeat: Repeat, most: usize) {
         }
     }
     *guesses = kept;
+}
+
+/// Sorts by residual and keeps the best places of the best `most` cloths: one cloth may lie a thread or half a thread off, which only its
+/// shape tells.
+fn best_variants(guesses: &mut Vec<Guess>, repeat: Repeat, most: usize) {
+    /// Places of one cloth.
+    const VARIANTS: usize = 2;
+    /// Places of the threads that are told apart, in threads.
+    const APART: f64 = 0.25;
+    guesses.sort_by(|a, b| a.fit.residual.total_cmp(&b.fit.residual));
+    let mut kept: Vec<(Vec<bool>, Guess)> = Vec::new();
+    let mut cloths = 0;
+    for guess in guesses.drain(..) {
+        let cloth = canonical(repeat, &guess.labels);
+        let own: Vec<&Guess> = kept.iter().filter(|k| k.0 == cloth).map(|k| &k.1).collect();
+        let near = |other: &&Guess| {
+            let apart = |k: usize| ((other.shape.middle[k] - guess.shape.middle[k] + 0.5).rem_euclid(1.0) - 0.5).abs();
+            other.labels == guess.labels && apart(0) < APART && apart(1) < APART
+        };
+        if own.len() >= VARIANTS || own.iter().any(near) || (own.is_empty() && cloths == most) {
+            continue;
+        }
+        cloths += usize::from(own.is_empty());
+        kept.push((cloth, guess));
+    }
+    *guesses = kept.into_iter().map(|k| k.1).collect();
 }
 
 /// The first of all translations of the labels.
@@ -325,8 +351,25 @@ fn sharpen(fold: &Fold, guess: &mut Guess, pitch: [f64; 2]) {
     let (shape, sigma) = shape_of(&best);
     guess.fit.residual = shape.fit_blurred(fold, &guess.labels, pitch.map(|p| sigma / p));
     guess.fit.shares = shape.fit(fold, &guess.labels).shares;
+    // How far a width can be changed before the fit is clearly worse.
+    guess.fill_error = [0, 1].map(|k| {
+        let worse = |change: f64| {
+            let mut other = shape;
+            other.fill[k] = (shape.fill[k] + change).clamp(0.2, 1.1);
+            shape_worse(fold, &guess.labels, &other, pitch.map(|p| sigma / p), guess.fit.residual)
+        };
+        [0.01, 0.02, 0.04, 0.08, 0.16].into_iter().find(|&d| worse(d) && worse(-d)).unwrap_or(0.3)
+    });
     guess.shape = shape;
 }
+
+/// Whether a shape leaves clearly more than `residual`.
+fn shape_worse(fold: &Fold, labels: &[bool], shape: &Shape, blur: [f64; 2], residual: f64) -> bool {
+    shape.fit_blurred(fold, labels, blur) > CLEARLY * residual
+}
+
+/// A fit this many times as bad is clearly worse.
+const CLEARLY: f64 = 1.15;
 
 /// Share by which a parameter one step off its likely value makes a fit worse.
 const PULL: f64 = 0.005;

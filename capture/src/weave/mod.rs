@@ -1,4 +1,4 @@
-//! What a rectified close-up says about a woven surface: where it repeats, how its threads lie, how wide they are, which is on top.
+//! What a rectified close-up says about a woven or embossed surface: where it repeats, how its threads lie, how wide they are, which is on top.
 //!
 //! ```text
 //! photograph -> field (cut, even light) -> spectrum -> lattice of its peaks -> grid of threads -> fold (one repeat, noise averaged)
@@ -18,14 +18,18 @@ mod fold;
 mod grid;
 mod labels;
 mod lattice;
+mod material;
 mod model;
 mod orientation;
+mod relief;
 mod report;
 mod scale;
 mod spectrum;
 
 pub use class::{Class, Direction};
 pub use finding::{Code, Finding};
+pub use material::Guesses;
+pub use relief::{Profile, Relief};
 pub use report::{Analysis, Axis, Measured, Weave};
 
 use biscale::error::{BadInput, Result};
@@ -46,7 +50,7 @@ pub struct Photo<'a> {
     pub mm_per_pixel: Option<f64>,
 }
 
-/// What the caller knows already.
+/// What the caller knows already. A draft comes from `biscale::geometry::weave::wif::read` or `Draft::from_fn`.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// The draft, if it is known (`--weave`, `--wif`): only its place and its threads are measured.

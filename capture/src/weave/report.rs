@@ -5,6 +5,7 @@ use super::cloth::{self, Cloth};
 use super::colour;
 use super::finding::{Code, Finding};
 use super::orientation::Edges;
+use super::relief::{self, Relief};
 use super::scale::{self, Scale};
 use super::{Options, Photo, autocorrelation, labels};
 use biscale::error::Result;
@@ -72,10 +73,14 @@ pub struct Weave {
 pub struct Analysis {
     /// Millimetres per pixel; without it lengths are in pixels.
     pub mm_per_pixel: Option<f64>,
-    /// Counter-clockwise turn of the surface in degrees, by the structure tensor.
+    /// Counter-clockwise turn of the surface in degrees, by the lattice of its spectrum.
     pub turn_deg: Option<f64>,
+    /// The same by the structure tensor of the edges near it: a check, since shadows and the ends of floats have edges too.
+    pub edge_turn_deg: Option<f64>,
     /// The cloth, if there is one.
     pub weave: Option<Weave>,
+    /// Grooves or pyramids, if it is no cloth.
+    pub relief: Option<Relief>,
     /// What is wrong; empty if nothing is.
     pub findings: Vec<Finding>,
 }
@@ -88,7 +93,8 @@ pub const MAX_UNEXPLAINED: f64 = 0.5;
 pub const MIN_CONFIDENCE: f64 = 0.05;
 
 pub(super) fn analyse(photo: &Photo<'_>, options: &Options) -> Result<Analysis> {
-    let mut result = Analysis { mm_per_pixel: photo.mm_per_pixel, turn_deg: None, weave: None, findings: Vec::new() };
+    let mut result =
+        Analysis { mm_per_pixel: photo.mm_per_pixel, turn_deg: None, edge_turn_deg: None, weave: None, relief: None, findings: Vec::new() };
     let scale = match scale::find(photo) {
         Ok(scale) => scale,
         Err((measured, threshold)) => {
@@ -100,12 +106,20 @@ pub(super) fn analyse(photo: &Photo<'_>, options: &Options) -> Result<Analysis> 
     let edges = Edges::of(&scale.field);
     let found = cloth::find(&scale, &edges, options.draft.as_ref());
     let Some(cloth) = found.filter(|c| !c.guesses.is_empty()) else {
-        let message = "the photograph repeats, but not as a cloth does".to_owned();
-        result.findings.push(Finding { code: Code::AmbiguousWeave, message, measured: 1.0, threshold: MAX_UNEXPLAINED });
+        // It repeats along one direction, or so that no threads can lie in it.
+        if options.draft.is_some() {
+            let message = "the photograph repeats, but not as a cloth of the given draft does".to_owned();
+            result.findings.push(Finding { code: Code::AmbiguousWeave, message, measured: 1.0, threshold: MAX_UNEXPLAINED });
+            return Ok(result);
+        }
+        let relief = relief::describe(photo, &scale);
+        result.turn_deg = Some(relief.turn_deg);
+        result.relief = Some(relief);
         return Ok(result);
     };
     let turns = cloth.grid.turns();
-    result.turn_deg = Some(edges.sharpen(0.5 * (turns[0] + turns[1])).to_degrees());
+    result.turn_deg = Some(0.5 * (turns[0] + turns[1]).to_degrees());
+    result.edge_turn_deg = Some(edges.sharpen(0.5 * (turns[0] + turns[1])).to_degrees());
     let weave = describe(photo, &scale, &cloth, options.draft.as_ref());
     let fewest = weave.warp.pixels.min(weave.weft.pixels);
     if fewest < MIN_PIXELS_A_THREAD {

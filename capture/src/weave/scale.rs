@@ -35,11 +35,7 @@ pub(super) fn find(photo: &Photo<'_>) -> Result<Scale, (f64, f64)> {
     let mut scales: Vec<Scale> = Vec::new();
     let mut factor = 1;
     loop {
-        let field = Field::cut(photo, factor, SIDE);
-        let side = field.width.min(field.height);
-        if side < MIN_SIDE {
-            break;
-        }
+        let Some(field) = Field::cut(photo, factor, SIDE, MIN_SIDE) else { break };
         scales.extend(best_window(field));
         if photo.width.max(photo.height) / factor <= SIDE {
             break;
