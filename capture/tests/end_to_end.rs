@@ -53,14 +53,27 @@ fn a_flat_sample_on_a_board() {
     let camera = found.camera.as_ref().unwrap();
     eprintln!("camera {camera:?}");
     let (lens, sigma) = (truth.studio.lens, camera.sigma.unwrap());
-    for (k, (value, truth)) in [(camera.fx, lens.focal.x), (camera.fy, lens.focal.y), (camera.cx, lens.centre.x), (camera.cy, lens.centre.y)].into_iter().enumerate() {
-        assert!((value - truth).abs() < 5.0 * sigma[k] && (value / truth - 1.0).abs() < 5e-3, "{k}: {value} for {truth}, sigma {}", sigma[k]);
+    for (k, (value, truth)) in
+        [(camera.fx, lens.focal.x), (camera.fy, lens.focal.y), (camera.cx, lens.centre.x), (camera.cy, lens.centre.y)]
+            .into_iter()
+            .enumerate()
+    {
+        assert!(
+            (value - truth).abs() < 5.0 * sigma[k] && (value / truth - 1.0).abs() < 5e-3,
+            "{k}: {value} for {truth}, sigma {}",
+            sigma[k]
+        );
     }
     // Falloff.
     let flat = found.flat_field.as_ref().unwrap();
     for r in [0.3_f64, 0.6, 0.8, 1.0] {
         let v = |p: [f64; 3]| 1.0 + p[0] * r.powi(2) + p[1] * r.powi(4) + p[2] * r.powi(6);
-        assert!((v(flat.radial) / v(truth.studio.vignetting) - 1.0).abs() < 0.01, "at {r}: {} for {}", v(flat.radial), v(truth.studio.vignetting));
+        assert!(
+            (v(flat.radial) / v(truth.studio.vignetting) - 1.0).abs() < 0.01,
+            "at {r}: {} for {}",
+            v(flat.radial),
+            v(truth.studio.vignetting)
+        );
     }
     // Colour.
     let colour = found.colour.as_ref().unwrap();
@@ -103,6 +116,17 @@ fn a_flat_sample_on_a_board() {
         let truth = truth.mean[c];
         assert!((mean(c) / truth - 1.0).abs() < 0.03, "channel {c}: {} for {truth}", mean(c));
     }
+    // The close-up: a twill of these threads, and a material file that `biscale` reads.
+    let weave = found.close_up.as_ref().unwrap().weave.as_ref().unwrap();
+    eprintln!("{weave}");
+    for (name, pitch, width) in [("warp", truth.pitch.x, 1.3), ("weft", truth.pitch.y, 1.1)] {
+        let value = |key: &str| weave[name][key]["value"].as_f64().unwrap();
+        assert!((value("pitch") / pitch - 1.0).abs() < 0.01, "{name}: pitch {} for {pitch}", value("pitch"));
+        assert!((value("width") / width - 1.0).abs() < 0.05, "{name}: width {} for {width}", value("width"));
+    }
+    assert_eq!(weave["class"]["name"], "twill");
+    let material = biscale::material::Material::load(&folder.path().join("out").join(found.material.as_ref().unwrap())).unwrap();
+    assert!((material.build().unwrap().tile.period.x / (3.0 * truth.pitch.x) - 1.0).abs() < 0.01);
     assert!(found.usable, "{}", told(&found));
     // The same bits again.
     let report = std::fs::read(at("out/report.html")).unwrap();

@@ -8,7 +8,9 @@ use std::path::PathBuf;
 
 /// Arguments of `biscale capture`.
 #[derive(Args, Debug)]
-#[command(after_help = "Writes capture.json, linear photographs with masks, and report.html. Exit status 1 if a check failed: the report says which.")]
+#[command(
+    after_help = "Writes capture.json, linear photographs with masks, and report.html. Exit status 1 if a check failed: the report says which."
+)]
 pub struct CaptureArgs {
     /// Shoot file: the list of photographs; `biscale new shoot` writes an example
     shoot: PathBuf,
@@ -34,7 +36,9 @@ fn draft(text: &str) -> Result<Draft, String> {
     let remedy = "write plain, twill:2/1, satin:5/2, or rows such as 100/010/001";
     let pair = |rest: &str| -> Result<[u32; 2], String> {
         let (a, b) = rest.split_once('/').ok_or_else(|| format!("two numbers are needed; {remedy}"))?;
-        let number = |t: &str| t.trim().parse::<u32>().ok().filter(|n| (1..=100).contains(n)).ok_or_else(|| format!("\"{t}\" is not from 1 to 100; {remedy}"));
+        let number = |t: &str| {
+            t.trim().parse::<u32>().ok().filter(|n| (1..=100).contains(n)).ok_or_else(|| format!("\"{t}\" is not from 1 to 100; {remedy}"))
+        };
         Ok([number(a)?, number(b)?])
     };
     if text == "plain" {
@@ -97,7 +101,8 @@ pub fn run(args: &CaptureArgs, common: &CommonArgs) -> Result<u8> {
         None => args.weave.clone(),
     };
     let options = Options { assume_srgb: args.assume_srgb, draft, threads: common.threads };
-    let capture = progress::with_control(common, |control| folder.write(|part| biscale_capture::run::run(&shoot, &options, part, control)))?;
+    let capture =
+        progress::with_control(common, |control| folder.write(|part| biscale_capture::run::run(&shoot, &options, part, control)))?;
     if common.json {
         output::print_json(&capture)?;
     } else {
@@ -164,7 +169,11 @@ fn summary(capture: &biscale::formats::capture::Capture, folder: &std::path::Pat
     for p in &capture.photographs {
         let pose = p.pose.as_ref().map_or("not placed".to_owned(), |pose| {
             let t = glam::DVec3::from(pose.translation_mm).length();
-            if pose.points > 0 { format!("{t:.1} mm away, {} corners, {:.3} px RMS", pose.points, pose.rms_px) } else { format!("{t:.1} mm away, as given") }
+            if pose.points > 0 {
+                format!("{t:.1} mm away, {} corners, {:.3} px RMS", pose.points, pose.rms_px)
+            } else {
+                format!("{t:.1} mm away, as given")
+            }
         });
         out.push_str(&format!("\n{} ({}): {pose}", p.file, p.role));
     }

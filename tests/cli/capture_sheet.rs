@@ -109,7 +109,9 @@ fn check(on: &str, poses: &[Pose], bend: &dyn Fn(DVec2, DVec2, f64) -> DVec3) {
     let origin = DVec2::new(sidecar["wrap"]["origin_mm"][0].as_f64().unwrap(), sidecar["wrap"]["origin_mm"][1].as_f64().unwrap());
     folder.write("page.obj", page(&sidecar, &|p, h| bend(p - origin, p, h)));
     for (name, albedo) in [("white", 0.85), ("black", 0.04)] {
-        let text = format!("format = 1\n[geometry]\nkind = \"mesh\"\nfile = \"plane.obj\"\nperiod = [1.0, 1.0]\n[[surface]]\npart = \"*\"\nbrdf = {{ model = \"lambert\", albedo = {albedo} }}\n");
+        let text = format!(
+            "format = 1\n[geometry]\nkind = \"mesh\"\nfile = \"plane.obj\"\nperiod = [1.0, 1.0]\n[[surface]]\npart = \"*\"\nbrdf = {{ model = \"lambert\", albedo = {albedo} }}\n"
+        );
         folder.write(&format!("{name}.toml"), text);
     }
     let lens = Lens {

@@ -4,17 +4,39 @@ use super::Session;
 use crate::checks::Code;
 use crate::photo::Picture;
 use crate::shoot::SurfaceKind;
-use crate::weave::{self, Analysis, Axis, Measured, Photo, Weave};
+use crate::weave::{self, Analysis, Axis, Measured, Photo, Relief, Weave};
 use biscale::error::{Error, Result};
 use biscale::formats::capture::Severity;
 use glam::DVec2;
 use serde_json::{Value, json};
 
+/// What is known of the small scale.
+#[derive(Default)]
+pub(super) struct SmallScale {
+    /// For `capture.json`.
+    pub described: Option<Value>,
+    /// A material file.
+    pub material: Option<String>,
+}
+
+fn unit(in_mm: bool) -> &'static str {
+    if in_mm { "mm" } else { "px" }
+}
+
+/// A relief for people.
+fn relief_rows(r: &Relief, in_mm: bool) -> Vec<(String, String)> {
+    let mut out = vec![("relief".to_owned(), format!("{:?}", r.profile))];
+    out.extend(r.period.iter().map(|p| ("period".to_owned(), format!("{:.4} +/- {:.4} {}", p.value, p.error, unit(in_mm)))));
+    out.push(("turn".to_owned(), format!("{:.2} degrees", r.turn_deg)));
+    out
+}
+
 impl Session<'_> {
-    /// The weave of a rectified close-up. What cannot be told is a check, and `None`.
-    pub(super) fn weave(&mut self, picture: &Picture, good: &[bool], mm_per_px: Option<f64>, name: &str) -> Result<Option<Value>> {
-        if self.shoot.sample.kind != SurfaceKind::Weave {
-            return Ok(None);
+    /// The weave or relief of a rectified close-up, and a guess as material file. What cannot be told is a check.
+    pub(super) fn small_scale(&mut self, picture: &Picture, good: &[bool], mm_per_px: Option<f64>, name: &str) -> Result<SmallScale> {
+        let nothing = SmallScale::default();
+        if self.shoot.sample.kind == SurfaceKind::Other {
+            return Ok(nothing);
         }
         let rgb: Vec<[f32; 3]> = (0..good.len()).map(|i| picture.planes.each_ref().map(|p| p[i])).collect();
         let photo = Photo { width: picture.width, height: picture.height, rgb: &rgb, mask: Some(good), mm_per_pixel: mm_per_px };
@@ -23,7 +45,7 @@ impl Session<'_> {
             Ok(analysis) => analysis,
             Err(Error::BadInput(bad)) => {
                 self.checks.add(Code::NoPeriod, Severity::Fail, Some(name), format!("{}; {}", bad.problem, bad.remedy));
-                return Ok(None);
+                return Ok(nothing);
             }
             Err(other) => return Err(other),
         };
@@ -35,7 +57,14 @@ impl Session<'_> {
             };
             self.checks.valued(code, severity, Some(name), finding.measured, finding.threshold, "", &finding.message);
         }
-        let Some(found) = &analysis.weave else { return Ok(None) };
+        let material = analysis.material(&self.shoot.name, &weave::Guesses::default());
+        let Some(found) = &analysis.weave else {
+            if let Some(relief) = &analysis.relief {
+                self.report.weave = relief_rows(relief, mm_per_px.is_some());
+            }
+            let relief = analysis.relief.as_ref().map(|r| json!({ "unit": unit(mm_per_px.is_some()), "relief": r }));
+            return Ok(SmallScale { described: relief, material });
+        };
         if analysis.findings.is_empty() {
             let message = format!("the close-up shows {}", found.class);
             let pixels = found.warp.pixels.min(found.weft.pixels);
@@ -43,7 +72,7 @@ impl Session<'_> {
         }
         self.report.weave = rows(found, mm_per_px.is_some());
         self.report.grid = lines(found, mm_per_px.unwrap_or(1.0), picture.width, picture.height);
-        Ok(Some(describe(&analysis, found)))
+        Ok(SmallScale { described: Some(describe(&analysis, found)), material })
     }
 }
 
@@ -67,7 +96,7 @@ fn axis(a: &Axis) -> Value {
 fn describe(analysis: &Analysis, w: &Weave) -> Value {
     let row = |j: usize| -> String { (0..w.draft.columns).map(|i| if w.draft.over(i, j) { '1' } else { '0' }).collect() };
     json!({
-        "unit": if analysis.mm_per_pixel.is_some() { "mm" } else { "px" },
+        "unit": unit(analysis.mm_per_pixel.is_some()),
         "turn_deg": analysis.turn_deg,
         "warp": axis(&w.warp),
         "weft": axis(&w.weft),
@@ -86,7 +115,7 @@ fn describe(analysis: &Analysis, w: &Weave) -> Value {
 
 /// The same for people.
 fn rows(w: &Weave, in_mm: bool) -> Vec<(String, String)> {
-    let unit = if in_mm { "mm" } else { "px" };
+    let unit = unit(in_mm);
     let mut out = vec![("class".to_owned(), format!("{} (confidence {:.2})", w.class, w.confidence))];
     for (name, a) in [("warp", &w.warp), ("weft", &w.weft)] {
         let value = |m: Measured| format!("{:.4} +/- {:.4} {unit}", m.value, m.error);
