@@ -52,7 +52,15 @@ pub struct Report {
     pub weave: Vec<(String, String)>,
     /// Lines of the weave's repeat over the rectified close-up, px.
     pub grid: Vec<[DVec2; 2]>,
-    close_up: Option<(Vec<u8>, Option<f64>, (usize, usize))>,
+    close_up: Option<CloseUp>,
+}
+
+/// The rectified close-up.
+#[derive(Clone, Debug)]
+struct CloseUp {
+    jpeg: Vec<u8>,
+    mm_per_px: Option<f64>,
+    size: (usize, usize),
 }
 
 impl View {
@@ -137,7 +145,7 @@ svg *{vector-effect:non-scaling-stroke;stroke-width:1.5}svg.plain *{vector-effec
 impl Report {
     /// Keeps the rectified close-up.
     pub fn close_up(&mut self, picture: &Picture, mm_per_px: Option<f64>) {
-        self.close_up = Some((thumbnail(picture, None, false), mm_per_px, (picture.width, picture.height)));
+        self.close_up = Some(CloseUp { jpeg: thumbnail(picture, None, false), mm_per_px, size: (picture.width, picture.height) });
     }
 
     /// Writes `report.html` into a folder.
@@ -186,7 +194,7 @@ impl Report {
     }
 
     fn close_up_section(&self, out: &mut String, capture: &Capture) {
-        let Some((jpeg, mm_per_px, (w, h))) = &self.close_up else { return };
+        let Some(CloseUp { jpeg, mm_per_px, size: (w, h) }) = &self.close_up else { return };
         let size =
             mm_per_px.map_or(format!("{w} px wide, of unknown size"), |mm| format!("{:.2} mm wide, {mm:.5} mm a pixel", mm * *w as f64));
         let _ = write!(

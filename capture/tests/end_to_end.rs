@@ -1,5 +1,5 @@
 //! A whole shoot whose truth is known: every number that `run` gives is compared with it.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking, and tells what it measured")]
 #![cfg(feature = "opencv")]
 
 mod support;
@@ -41,13 +41,6 @@ fn a_flat_sample_on_a_board() {
     let at = |name: &str| folder.path().join(name);
     let truth = FlatShoot::write(folder.path(), 900);
     let found = capture(folder.path(), &flat_shoot::text(900));
-    if let Ok(keep) = std::env::var("BISCALE_KEEP") {
-        for name in ["ball.png", "stick.png", "distant.png"] {
-            std::fs::copy(at(name), Path::new(&keep).join(name)).unwrap();
-        }
-        std::fs::copy(folder.path().join("out/report.html"), Path::new(&keep).join("report.html")).unwrap();
-        std::fs::copy(folder.path().join("out/capture.json"), Path::new(&keep).join("capture.json")).unwrap();
-    }
     eprintln!("{}", told(&found));
     // Camera.
     let camera = found.camera.as_ref().unwrap();

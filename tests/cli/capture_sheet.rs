@@ -1,6 +1,6 @@
 //! The closed loop: a sheet that `biscale fold` made, rendered by `biscale render`, seen through a distorted camera, and registered by its sidecar.
 
-#![allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic")]
+#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test that meets the unexpected should panic, and tells what it measured")]
 
 #[allow(dead_code, reason = "shared by several test programs; each uses its part")]
 mod support;
@@ -95,9 +95,6 @@ fn photograph(folder: &Folder, lens: &Lens, pose: &Pose, name: &str) {
         }
     }
     studio::save16(&out, &folder.path(name));
-    if let Ok(keep) = std::env::var("BISCALE_KEEP") {
-        std::fs::copy(folder.path(name), std::path::Path::new(&keep).join(format!("sheet-{name}"))).unwrap();
-    }
 }
 
 fn check(on: &str, poses: &[Pose], bend: &dyn Fn(DVec2, DVec2, f64) -> DVec3) {
