@@ -1,5 +1,6 @@
 //! Weave analysis on drawn cloths, whose truth is known.
 #![allow(clippy::unwrap_used, reason = "a failed test says where")]
+#![allow(clippy::cast_possible_wrap, reason = "small counts of threads and pixels")]
 mod catalogue;
 mod cloth;
 
