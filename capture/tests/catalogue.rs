@@ -225,7 +225,7 @@ fn markers_of_the_sample() {
     case.save("wavy.png", &case.studio.photograph(&case.scene(wavy), &case.pose, 1.0));
     assert_code(&case.run(&distant("wavy.png")), "POSE_ERROR", Severity::Fail);
     // Most markers hidden.
-    let hidden = |p: DVec2| if p.x > 60.0 && !(p.x > 65.0 && p.x < 85.0 && p.y > 50.0 && p.y < 70.0) { WHITE } else { sample(p) };
+    let hidden = |p: DVec2| if p.x > 75.0 && !(p.x > 65.0 && p.x < 85.0 && p.y > 50.0 && p.y < 70.0) { WHITE } else { sample(p) };
     case.save("hidden.png", &case.studio.photograph(&case.scene(hidden), &case.pose, 1.0));
     assert_code(&case.run(&distant("hidden.png")), "BOARD_PARTIAL", Severity::Warn);
     // A close-up of nothing but the sample.

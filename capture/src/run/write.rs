@@ -3,6 +3,7 @@
 use crate::photo::Picture;
 use biscale::error::{Error, Result};
 use biscale::formats::capture::{Capture, FILE_NAME};
+use exr::meta::attribute::LineOrder;
 use exr::prelude::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, Text, WritableImage};
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -35,7 +36,9 @@ pub(super) fn exr(picture: Picture, path: &Path, source: &str) -> Result<()> {
     };
     let size = (picture.width, picture.height);
     let channels = ["R", "G", "B"].iter().zip(picture.planes).map(|(name, plane)| AnyChannel::new(text(name), FlatSamples::F32(plane)));
-    let image = Image::from_layer(Layer::new(size, attributes, Encoding::FAST_LOSSLESS, AnyChannels::sort(channels.collect())));
+    // Blocks in their order, whichever thread is done first: the same bytes at any number of threads.
+    let encoding = Encoding { line_order: LineOrder::Increasing, ..Encoding::FAST_LOSSLESS };
+    let image = Image::from_layer(Layer::new(size, attributes, encoding, AnyChannels::sort(channels.collect())));
     let mut out = BufWriter::with_capacity(1 << 20, File::create(path).map_err(failed(path))?);
     image.write().to_buffered(&mut out).map_err(|e| match e {
         exr::error::Error::Io(e) => failed(path)(e),
