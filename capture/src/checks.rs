@@ -146,7 +146,16 @@ impl Checks {
     }
 
     /// Adds one by its limits; `good` and `bad` are what is said.
-    pub fn limit(&mut self, code: Code, photograph: Option<&str>, measured: f64, limits: Limits, unit: &str, good: &str, bad: &str) -> Severity {
+    pub fn limit(
+        &mut self,
+        code: Code,
+        photograph: Option<&str>,
+        measured: f64,
+        limits: Limits,
+        unit: &str,
+        good: &str,
+        bad: &str,
+    ) -> Severity {
         let severity = if !(measured <= limits.fail) {
             Severity::Fail
         } else if measured > limits.warn {
@@ -161,7 +170,16 @@ impl Checks {
 
     /// Adds one with its measured value.
     #[expect(clippy::too_many_arguments, reason = "these are the fields of a check")]
-    pub fn valued(&mut self, code: Code, severity: Severity, photograph: Option<&str>, measured: f64, threshold: f64, unit: &str, message: &str) {
+    pub fn valued(
+        &mut self,
+        code: Code,
+        severity: Severity,
+        photograph: Option<&str>,
+        measured: f64,
+        threshold: f64,
+        unit: &str,
+        message: &str,
+    ) {
         let check = self.add(code, severity, photograph, message);
         check.measured = measured.is_finite().then_some(measured);
         check.threshold = Some(threshold);

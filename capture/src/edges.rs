@@ -77,7 +77,20 @@ mod tests {
                 let f = |t: f64| (-0.5 * t * t).exp() / std::f64::consts::TAU.sqrt();
                 let (a, b) = (-6.0, (x / self.0).clamp(-6.0, 6.0));
                 let h = (b - a) / f64::from(n);
-                (0..=n).map(|k| f(a + h * f64::from(k)) * if k == 0 || k == n { 1.0 } else if k % 2 == 1 { 4.0 } else { 2.0 }).sum::<f64>() * h / 3.0
+                (0..=n)
+                    .map(|k| {
+                        f(a + h * f64::from(k))
+                            * if k == 0 || k == n {
+                                1.0
+                            } else if k % 2 == 1 {
+                                4.0
+                            } else {
+                                2.0
+                            }
+                    })
+                    .sum::<f64>()
+                    * h
+                    / 3.0
             };
             let inside = |v: f64| step(v - 30.0) * step(100.0 - v);
             Some(0.9 - 0.85 * inside(p.x) * inside(p.y))

@@ -96,10 +96,8 @@ impl Flat {
     /// Bilinear between the middles of blocks, continued as lines beyond the outermost.
     fn interpolate(&self, channel: usize, pixel: DVec2) -> f64 {
         let [nx, ny] = BLOCKS;
-        let g = DVec2::new(
-            (pixel.x + 0.5) / self.size[0] as f64 * nx as f64 - 0.5,
-            (pixel.y + 0.5) / self.size[1] as f64 * ny as f64 - 0.5,
-        );
+        let g =
+            DVec2::new((pixel.x + 0.5) / self.size[0] as f64 * nx as f64 - 0.5, (pixel.y + 0.5) / self.size[1] as f64 * ny as f64 - 0.5);
         let low = g.floor().clamp(DVec2::ZERO, DVec2::new((nx - 2) as f64, (ny - 2) as f64));
         let f = g - low;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the grid")]

@@ -51,10 +51,7 @@ impl Lens {
         let r2 = p.length_squared();
         let s = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
         let xy = p.x * p.y;
-        DVec2::new(
-            s * p.x + 2.0 * p1 * xy + p2 * (r2 + 2.0 * p.x * p.x),
-            s * p.y + p1 * (r2 + 2.0 * p.y * p.y) + 2.0 * p2 * xy,
-        )
+        DVec2::new(s * p.x + 2.0 * p1 * xy + p2 * (r2 + 2.0 * p.x * p.x), s * p.y + p1 * (r2 + 2.0 * p.y * p.y) + 2.0 * p2 * xy)
     }
 
     /// The inverse of [`Lens::distort`] by Newton's method; `None` where the model folds over itself.

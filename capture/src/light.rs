@@ -119,7 +119,8 @@ pub fn stick(tip: DVec3, shadow: DVec3, sigma_mm: f64) -> Option<Estimate> {
     let to = tip - shadow;
     let length = to.length();
     // Across the direction, tip and shadow err by as much each.
-    (length > 1e-6 && to.z > 0.0).then(|| Estimate { direction: to / length, sigma: (std::f64::consts::SQRT_2 * sigma_mm / length).min(1.5) })
+    (length > 1e-6 && to.z > 0.0)
+        .then(|| Estimate { direction: to / length, sigma: (std::f64::consts::SQRT_2 * sigma_mm / length).min(1.5) })
 }
 
 /// Several estimates put together by their weights, and the largest angle between two of them, rad. `None` without any.
@@ -197,7 +198,10 @@ mod tests {
         let axis = middle.normalize();
         let (x, y) = axis.any_orthonormal_pair();
         let half = (radius / middle.length()).asin();
-        let rays = (0..90).map(|k| f64::from(k) * 4.0_f64.to_radians()).map(|t| vec![half.cos() * axis + half.sin() * (t.cos() * x + t.sin() * y)]).collect();
+        let rays = (0..90)
+            .map(|k| f64::from(k) * 4.0_f64.to_radians())
+            .map(|t| vec![half.cos() * axis + half.sin() * (t.cos() * x + t.sin() * y)])
+            .collect();
         // Half way between the light and the camera: iterate the normal, for the camera sees it from near.
         let mut normal = (light - axis).normalize();
         for _ in 0..200 {
@@ -257,7 +261,13 @@ mod tests {
             let (t, across) = (q.dot(along), q.perp_dot(along));
             let in_shadow = t > 0.0 && t < length && across.abs() < 0.5;
             let on_stick = q.y.abs() < 0.5 && q.x < 0.0 && q.x > -60.0;
-            Some(if in_shadow { 0.2 } else if on_stick { 0.1 } else { 1.0 })
+            Some(if in_shadow {
+                0.2
+            } else if on_stick {
+                0.1
+            } else {
+                1.0
+            })
         };
         let found = shadow_tip(foot, -DVec2::X, 80.0, 0.1, &light_at).unwrap();
         assert!(found.distance(shadow.truncate()) < 0.3, "{found} for {shadow}");
@@ -266,7 +276,8 @@ mod tests {
 
     #[test]
     fn sources_are_weighed_and_their_disagreement_is_told() {
-        let e = |degrees: f64, sigma| Estimate { direction: DVec3::new(degrees.to_radians().sin(), 0.0, degrees.to_radians().cos()), sigma };
+        let e =
+            |degrees: f64, sigma| Estimate { direction: DVec3::new(degrees.to_radians().sin(), 0.0, degrees.to_radians().cos()), sigma };
         let (both, apart) = combine(&[e(0.0, 0.001), e(10.0, 0.1)]).unwrap();
         assert!((apart.to_degrees() - 10.0).abs() < 1e-9 && both.direction.x < 0.01 && both.sigma >= 0.5 * apart);
         assert!(combine(&[]).is_none());

@@ -188,7 +188,10 @@ mod tests {
     fn the_exponent_between_brackets_is_found() {
         let light: Vec<f32> = (0..1000).map(|i| 0.05 + i as f32 * 4e-4).collect();
         for gamma in [1.0_f32, 0.4545] {
-            let (short, long) = (one(&light.iter().map(|v| v.powf(gamma)).collect::<Vec<_>>()), one(&light.iter().map(|v| (2.0 * v).powf(gamma)).collect::<Vec<_>>()));
+            let (short, long) = (
+                one(&light.iter().map(|v| v.powf(gamma)).collect::<Vec<_>>()),
+                one(&light.iter().map(|v| (2.0 * v).powf(gamma)).collect::<Vec<_>>()),
+            );
             let found = bracket_exponent(&short, &long, &[false; 1000], 2.0).unwrap();
             assert!((found - f64::from(gamma)).abs() < 1e-3, "{found}");
         }

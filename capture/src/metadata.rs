@@ -95,7 +95,8 @@ fn tone_curve(ending: &str, bytes: &[u8]) -> Option<String> {
             let mut decoder = tiff::decoder::Decoder::new(Cursor::new(bytes)).ok()?;
             let profile = decoder.get_tag_u8_vec(tiff::tags::Tag::IccProfile).ok()?;
             // The description is text in one or two bytes a letter.
-            let text: String = profile.iter().filter(|b| **b != 0).map(|&b| if b.is_ascii() { char::from(b) } else { '\u{fffd}' }).collect();
+            let text: String =
+                profile.iter().filter(|b| **b != 0).map(|&b| if b.is_ascii() { char::from(b) } else { '\u{fffd}' }).collect();
             let name = ENCODED.iter().find(|n| text.contains(**n))?;
             is_encoded(&text).then(|| format!("its colour profile is {name}"))
         }

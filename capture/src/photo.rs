@@ -38,9 +38,8 @@ pub struct Photo {
 }
 
 /// Endings of camera raw files: no decoder is built in.
-const RAW: [&str; 17] = [
-    "cr2", "cr3", "crw", "nef", "nrw", "arw", "sr2", "raf", "orf", "rw2", "dng", "pef", "srw", "x3f", "3fr", "iiq", "erf",
-];
+const RAW: [&str; 17] =
+    ["cr2", "cr3", "crw", "nef", "nrw", "arw", "sr2", "raf", "orf", "rw2", "dng", "pef", "srw", "x3f", "3fr", "iiq", "erf"];
 
 impl Picture {
     /// A black one.
@@ -93,7 +92,8 @@ pub fn read(path: &Path) -> Result<Photo> {
     let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     if RAW.contains(&&*ending) {
         let problem = format!("camera raw files (.{ending}) are not read");
-        let remedy = "convert it without a tone curve, as with `dcraw -4 -T -o 0 FILE` or `dcraw_emu -4 -T -o 0 FILE`, to a linear 16-bit TIFF";
+        let remedy =
+            "convert it without a tone curve, as with `dcraw -4 -T -o 0 FILE` or `dcraw_emu -4 -T -o 0 FILE`, to a linear 16-bit TIFF";
         return Err(BadInput::new(problem, remedy).in_file(path).into());
     }
     let bytes = std::fs::read(path).map_err(|e| Error::reading(path, e))?;
@@ -121,10 +121,9 @@ fn bits(ending: &str, bytes: &[u8]) -> u8 {
     match ending {
         // IHDR: signature, length and name take 16 bytes, width and height 8.
         "png" => bytes.get(24).copied().unwrap_or(8),
-        "tif" | "tiff" => tiff::decoder::Decoder::new(Cursor::new(bytes))
-            .ok()
-            .and_then(|mut d| d.colortype().ok())
-            .map_or(8, |c| c.bit_depth()),
+        "tif" | "tiff" => {
+            tiff::decoder::Decoder::new(Cursor::new(bytes)).ok().and_then(|mut d| d.colortype().ok()).map_or(8, |c| c.bit_depth())
+        }
         _ => 8,
     }
 }
@@ -176,7 +175,11 @@ mod tests {
         let flat = image::RgbImage::from_pixel(3, 2, image::Rgb([51, 0, 255]));
         for (name, bits) in [("a.png", 16), ("a.tif", 16), ("b.png", 8), ("b.jpg", 8)] {
             let path = folder.path().join(name);
-            if bits == 16 { deep.save(&path).unwrap() } else { flat.save(&path).unwrap() }
+            if bits == 16 {
+                deep.save(&path).unwrap()
+            } else {
+                flat.save(&path).unwrap()
+            }
             let photo = read(&path).unwrap();
             assert_eq!(photo.samples, Samples::Integer(bits), "{name}");
             assert_eq!((photo.picture.width, photo.picture.height), (3, 2));

@@ -89,7 +89,8 @@ pub fn relative_scale(start: &Pose, pixels: &[DVec2], lens: &Lens, at: &dyn Fn(f
     let scale = start.translation.length().max(1.0);
     let cost = |p: &[f64]| {
         let pose = start.moved(DVec3::new(p[0], p[1], p[2]), scale * DVec3::new(p[3], p[4], p[5]));
-        let sightings: Vec<Sighting> = at(1.0 + p[6]).into_iter().zip(pixels).map(|(point, pixel)| Sighting { point, pixel: *pixel }).collect();
+        let sightings: Vec<Sighting> =
+            at(1.0 + p[6]).into_iter().zip(pixels).map(|(point, pixel)| Sighting { point, pixel: *pixel }).collect();
         residuals(&pose, &sightings, lens)
     };
     let fit = least_squares::minimise(&[0.0; 7], &[0.1; 7], &cost)?;
@@ -101,8 +102,13 @@ pub fn relative_scale(start: &Pose, pixels: &[DVec2], lens: &Lens, at: &dyn Fn(f
 mod tests {
     use super::*;
 
-    const LENS: Lens =
-        Lens { width: 1200, height: 800, focal: DVec2::new(1500.0, 1500.0), centre: DVec2::new(600.0, 400.0), distortion: [-0.1, 0.02, 1e-3, 0.0, 0.0] };
+    const LENS: Lens = Lens {
+        width: 1200,
+        height: 800,
+        focal: DVec2::new(1500.0, 1500.0),
+        centre: DVec2::new(600.0, 400.0),
+        distortion: [-0.1, 0.02, 1e-3, 0.0, 0.0],
+    };
 
     fn seen(pose: &Pose, points: &[DVec3], noise: f64) -> Vec<Sighting> {
         let mut state = 7_u32;
@@ -143,10 +149,12 @@ mod tests {
     fn the_size_of_a_pattern_on_a_cylinder_is_seen() {
         let truth = Pose::looking_at(DVec3::new(150.0, 30.0, 20.0), DVec3::ZERO, DVec3::Z);
         let at = |k: f64| -> Vec<DVec3> {
-            (0..30).map(|i| {
-                let (s, z) = (k * (f64::from(i % 6) * 5.0 - 12.0), k * (f64::from(i / 6) * 8.0 - 16.0));
-                DVec3::new(15.0 * (s / 15.0).cos(), 15.0 * (s / 15.0).sin(), z)
-            }).collect()
+            (0..30)
+                .map(|i| {
+                    let (s, z) = (k * (f64::from(i % 6) * 5.0 - 12.0), k * (f64::from(i / 6) * 8.0 - 16.0));
+                    DVec3::new(15.0 * (s / 15.0).cos(), 15.0 * (s / 15.0).sin(), z)
+                })
+                .collect()
         };
         let pixels: Vec<DVec2> = seen(&truth, &at(0.97), 0.1).iter().map(|s| s.pixel).collect();
         let start = truth.moved(DVec3::new(0.01, 0.0, 0.01), DVec3::new(1.0, 1.0, 4.0));

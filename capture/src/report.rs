@@ -98,8 +98,7 @@ fn thumbnail(picture: &Picture, saturated: Option<&[bool]>, encoded: bool) -> Ve
         let shown = if encoded { f64::from(v) } else { linear_to_srgb(f64::from(v / white)) };
         (255.0 * shown.clamp(0.0, 1.0) + 0.5) as u8
     };
-    let pixels: Vec<u8> =
-        means.iter().zip(&over).flat_map(|(m, over)| if *over { [255, 0, 200] } else { m.map(byte) }).collect();
+    let pixels: Vec<u8> = means.iter().zip(&over).flat_map(|(m, over)| if *over { [255, 0, 200] } else { m.map(byte) }).collect();
     let mut out = Vec::new();
     let (width, height) = (u32::try_from(width).unwrap_or(1), u32::try_from(height).unwrap_or(1));
     let encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut out, 85);
@@ -183,8 +182,13 @@ impl Report {
 
     fn close_up_section(&self, out: &mut String, capture: &Capture) {
         let Some((jpeg, mm_per_px, width)) = &self.close_up else { return };
-        let size = mm_per_px.map_or(format!("{width} px wide, of unknown size"), |mm| format!("{:.2} mm wide, {mm:.5} mm a pixel", mm * *width as f64));
-        let _ = writeln!(out, "<h2>Close-up, straight on</h2>\n<img src=\"{}\" alt=\"rectified close-up\" style=\"max-width:100%\">\n<p>{size}</p>", image(jpeg));
+        let size = mm_per_px
+            .map_or(format!("{width} px wide, of unknown size"), |mm| format!("{:.2} mm wide, {mm:.5} mm a pixel", mm * *width as f64));
+        let _ = writeln!(
+            out,
+            "<h2>Close-up, straight on</h2>\n<img src=\"{}\" alt=\"rectified close-up\" style=\"max-width:100%\">\n<p>{size}</p>",
+            image(jpeg)
+        );
         if let Some(weave) = capture.close_up.as_ref().and_then(|c| c.weave.as_ref()) {
             let text = serde_json::to_string_pretty(weave).unwrap_or_default();
             let _ = writeln!(out, "<pre>{}</pre>", escape(&text));
@@ -256,7 +260,11 @@ fn digits(v: f64) -> String {
 
 fn camera(out: &mut String, capture: &Capture, corners: &[DVec2]) {
     let Some(camera) = &capture.camera else { return };
-    let _ = writeln!(out, "<h2>Camera</h2>\n<p>{} x {} pixels, {}.</p>\n<table><tr><th></th><th>value</th><th>standard deviation</th><th></th></tr>", camera.width, camera.height, camera.source);
+    let _ = writeln!(
+        out,
+        "<h2>Camera</h2>\n<p>{} x {} pixels, {}.</p>\n<table><tr><th></th><th>value</th><th>standard deviation</th><th></th></tr>",
+        camera.width, camera.height, camera.source
+    );
     let names = ["fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"];
     let values = [camera.fx, camera.fy, camera.cx, camera.cy].into_iter().chain(camera.distortion);
     for (k, (name, value)) in names.iter().zip(values).enumerate() {
@@ -274,10 +282,17 @@ fn camera(out: &mut String, capture: &Capture, corners: &[DVec2]) {
         let _ = write!(out, "<figure style=\"max-width:420px\"><svg class=\"plain\" viewBox=\"0 0 {w} {h}\">");
         for k in 1..10 {
             let (x, y) = (f64::from(w * k) / 10.0, f64::from(h * k) / 10.0);
-            let _ = write!(out, "<path d=\"M{x} 0V{h}M0 {y}H{w}\" stroke=\"#bbb\" stroke-width=\"{}\" fill=\"none\"/>", f64::from(w) / 800.0);
+            let _ =
+                write!(out, "<path d=\"M{x} 0V{h}M0 {y}H{w}\" stroke=\"#bbb\" stroke-width=\"{}\" fill=\"none\"/>", f64::from(w) / 800.0);
         }
         for c in corners {
-            let _ = write!(out, "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{:.1}\" fill=\"#0070c0\" stroke=\"none\"/>", c.x, c.y, f64::from(w) / 300.0);
+            let _ = write!(
+                out,
+                "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{:.1}\" fill=\"#0070c0\" stroke=\"none\"/>",
+                c.x,
+                c.y,
+                f64::from(w) / 300.0
+            );
         }
         let coverage = camera.coverage.map_or(String::new(), |c| format!("{:.0} % of a 10 x 10 grid", 100.0 * c));
         let _ = writeln!(out, "</svg><figcaption>All corners in the picture: {coverage}.</figcaption></figure>");
@@ -288,7 +303,8 @@ fn flat_field(out: &mut String, capture: &Capture) {
     let Some(flat) = &capture.flat_field else { return };
     let [b, c, d] = flat.radial;
     let v = |r: f64| 1.0 + b * r.powi(2) + c * r.powi(4) + d * r.powi(6);
-    let path: String = (0..=60).map(|k| f64::from(k) / 60.0).map(|r| format!("{:.1},{:.1} ", 40.0 + 300.0 * r, 170.0 - 150.0 * v(r))).collect();
+    let path: String =
+        (0..=60).map(|k| f64::from(k) / 60.0).map(|r| format!("{:.1},{:.1} ", 40.0 + 300.0 * r, 170.0 - 150.0 * v(r))).collect();
     let _ = writeln!(
         out,
         "<h2>Falloff to the corners</h2>\n<p>V(r) = 1 {b:+.4} r² {c:+.4} r⁴ {d:+.4} r⁶, r = 1 in the farthest corner; darkest {:.3}; what is left: {:.2} % RMS. \
@@ -308,7 +324,11 @@ fn css(rgb: [f64; 3]) -> String {
 
 fn colour(out: &mut String, capture: &Capture, patches: &[([f64; 3], [f64; 3])]) {
     let Some(colour) = &capture.colour else { return };
-    let _ = writeln!(out, "<h2>Colour</h2>\n<p>Matrix from the {}, camera to linear Rec. 709; mean Delta E 2000 {:.2}.</p>\n<table>", colour.source, colour.mean_delta_e);
+    let _ = writeln!(
+        out,
+        "<h2>Colour</h2>\n<p>Matrix from the {}, camera to linear Rec. 709; mean Delta E 2000 {:.2}.</p>\n<table>",
+        colour.source, colour.mean_delta_e
+    );
     for row in colour.matrix {
         let _ = writeln!(out, "<tr>{}</tr>", row.map(|v| format!("<td class=\"n\">{}</td>", digits(v))).concat());
     }
@@ -369,7 +389,9 @@ fn lights(out: &mut String, capture: &Capture) {
 fn sample(out: &mut String, capture: &Capture) {
     let text = match capture.sample {
         Sample::Plane { width_mm, height_mm } => format!("A plane of {} x {} mm.", digits(width_mm), digits(height_mm)),
-        Sample::Cylinder { radius_mm, height_mm, .. } => format!("A cylinder of radius {} mm, {} mm high.", digits(radius_mm), digits(height_mm)),
+        Sample::Cylinder { radius_mm, height_mm, .. } => {
+            format!("A cylinder of radius {} mm, {} mm high.", digits(radius_mm), digits(height_mm))
+        }
     };
     let _ = writeln!(out, "<h2>Sample</h2>\n<p>{text}</p>");
 }
@@ -377,7 +399,11 @@ fn sample(out: &mut String, capture: &Capture) {
 fn figure(out: &mut String, view: &View, checks: &[Check], large: bool) {
     let (w, h) = view.size;
     let class = if large { " class=\"large\"" } else { "" };
-    let _ = write!(out, "<figure{class}><svg viewBox=\"0 0 {w} {h}\"><image href=\"{}\" width=\"{w}\" height=\"{h}\" preserveAspectRatio=\"none\"/>", image(&view.jpeg));
+    let _ = write!(
+        out,
+        "<figure{class}><svg viewBox=\"0 0 {w} {h}\"><image href=\"{}\" width=\"{w}\" height=\"{h}\" preserveAspectRatio=\"none\"/>",
+        image(&view.jpeg)
+    );
     let tick = w as f64 / 200.0;
     for mark in &view.marks {
         // A pixel's centre has whole coordinates; the picture's corner is half a pixel away.
@@ -389,7 +415,14 @@ fn figure(out: &mut String, view: &View, checks: &[Check], large: bool) {
             }
             Mark::Cross(p) => {
                 let (x, y) = at(*p);
-                let _ = write!(out, "<path class=\"cross\" d=\"M{:.1} {y:.1}h{:.1}M{x:.1} {:.1}v{:.1}\"/>", x - tick, 2.0 * tick, y - tick, 2.0 * tick);
+                let _ = write!(
+                    out,
+                    "<path class=\"cross\" d=\"M{:.1} {y:.1}h{:.1}M{x:.1} {:.1}v{:.1}\"/>",
+                    x - tick,
+                    2.0 * tick,
+                    y - tick,
+                    2.0 * tick
+                );
             }
             Mark::Circle(p, r, kind) => {
                 let (x, y) = at(*p);

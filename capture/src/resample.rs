@@ -182,7 +182,13 @@ mod tests {
     use super::*;
 
     fn lens() -> Lens {
-        Lens { width: 300, height: 200, focal: DVec2::splat(400.0), centre: DVec2::new(148.0, 103.0), distortion: [-0.15, 0.03, 1e-3, -5e-4, 0.0] }
+        Lens {
+            width: 300,
+            height: 200,
+            focal: DVec2::splat(400.0),
+            centre: DVec2::new(148.0, 103.0),
+            distortion: [-0.15, 0.03, 1e-3, -5e-4, 0.0],
+        }
     }
 
     /// A photograph of a function of the sample's coordinates.
@@ -202,7 +208,10 @@ mod tests {
         let wave = |st: DVec2| 0.5 + 0.3 * (st.x / 3.0).sin() * (st.y / 4.0).cos();
         for (shape, pose) in [
             (Shape::Plane(DVec2::new(60.0, 50.0)), Pose::looking_at(DVec3::new(10.0, -20.0, 100.0), DVec3::ZERO, DVec3::Y)),
-            (Shape::Cylinder { radius: 20.0, height: 70.0, arc_deg: [0.0, 360.0] }, Pose::looking_at(DVec3::new(70.0, 70.0, 10.0), DVec3::ZERO, DVec3::Z)),
+            (
+                Shape::Cylinder { radius: 20.0, height: 70.0, arc_deg: [0.0, 360.0] },
+                Pose::looking_at(DVec3::new(70.0, 70.0, 10.0), DVec3::ZERO, DVec3::Z),
+            ),
         ] {
             let picture = photograph(&lens(), &pose, &shape, wave);
             let saturated = vec![false; picture.planes[0].len()];

@@ -258,7 +258,8 @@ impl Shoot {
         let name = top.head()?;
         let camera = camera(top.table("camera")?)?;
         let board = top.table("board")?.map(board).transpose()?;
-        let sample_table = top.table("sample")?.ok_or_else(|| top.missing("sample", "{ shape = \"plane\", width_mm = 100, height_mm = 100 }"))?;
+        let sample_table =
+            top.table("sample")?.ok_or_else(|| top.missing("sample", "{ shape = \"plane\", width_mm = 100, height_mm = 100 }"))?;
         let sample = sample(sample_table, board.as_ref())?;
         let checker_normal = match top.table("checker")? {
             Some(checker) => {
@@ -393,12 +394,18 @@ fn sample(t: TableReader<'_>, board: Option<&Board>) -> Result<SampleSpec> {
     };
     if let Shape::Cylinder { arc_deg: [a, b], .. } = shape {
         if !(a < b && b - a <= 360.0) {
-            return Err(t.error_at("arc_deg", format!("the arc from {a} to {b} degrees is empty or more than a turn"), "write two angles, the smaller first"));
+            return Err(t.error_at(
+                "arc_deg",
+                format!("the arc from {a} to {b} degrees is empty or more than a turn"),
+                "write two angles, the smaller first",
+            ));
         }
     }
     let centre = t.array::<2>("board_mm", PLACE)?.map(DVec2::from);
     let on = match (sheet, centre, board) {
-        (Some(_), Some(_), _) => return Err(t.error_at("board_mm", "the sample has a sheet and a place on the board", "keep one of the two")),
+        (Some(_), Some(_), _) => {
+            return Err(t.error_at("board_mm", "the sample has a sheet and a place on the board", "keep one of the two"));
+        }
         (Some(sheet), None, _) => {
             let round = matches!(sheet.target, Target::Cylinder { .. });
             if round != matches!(shape, Shape::Cylinder { .. }) {
@@ -408,7 +415,11 @@ fn sample(t: TableReader<'_>, board: Option<&Board>) -> Result<SampleSpec> {
         }
         (None, Some(_), None) => return Err(t.error_at("board_mm", "there is no [board]", "describe the board, or name a `sheet`")),
         (None, Some(_), Some(_)) if matches!(shape, Shape::Cylinder { .. }) => {
-            return Err(t.error_at("board_mm", "a cylinder cannot lie on the board", "use the `sheet` that `fold --on cylinder:...` writes"));
+            return Err(t.error_at(
+                "board_mm",
+                "a cylinder cannot lie on the board",
+                "use the `sheet` that `fold --on cylinder:...` writes",
+            ));
         }
         (None, Some(centre), Some(_)) => Registration::Board(centre),
         (None, None, _) => Registration::None,
@@ -447,7 +458,11 @@ fn photo(t: TableReader<'_>) -> Result<PhotoSpec> {
     let mut files: Vec<PathBuf> = t.path("file")?.into_iter().collect();
     if let Some(names) = t.strings("files")? {
         if !files.is_empty() {
-            return Err(t.error_at("files", "`file` and `files` are both given", "keep one: `files` are the brackets of one view, or views of the board"));
+            return Err(t.error_at(
+                "files",
+                "`file` and `files` are both given",
+                "keep one: `files` are the brackets of one view, or views of the board",
+            ));
         }
         for name in names {
             let path = t.source().folder().join(name);
@@ -466,7 +481,11 @@ fn photo(t: TableReader<'_>) -> Result<PhotoSpec> {
         Err(e) => numbers(&t, "seconds", files.len())?.ok_or(e)?,
     };
     if !seconds.is_empty() && seconds.len() != files.len() {
-        return Err(t.error_at("seconds", format!("{} times for {} files", seconds.len(), files.len()), "write one time a file, in brackets"));
+        return Err(t.error_at(
+            "seconds",
+            format!("{} times for {} files", seconds.len(), files.len()),
+            "write one time a file, in brackets",
+        ));
     }
     let radius = t.f64("stick_radius_mm", range(0.0, 1e3))?.unwrap_or(0.0);
     let stick = match (t.array::<2>("stick_mm", PLACE)?, t.f64("stick_height_mm", LENGTH)?, t.array::<2>("shadow_px", PIXEL)?) {

@@ -1,7 +1,7 @@
 //! The sample's shape: where a ray meets it, and its own two coordinates.
 
-use crate::shoot::Shape;
 use crate::lens::Pose;
+use crate::shoot::Shape;
 use glam::{DVec2, DVec3};
 
 /// A place on the sample.
@@ -93,7 +93,10 @@ mod tests {
         ] {
             let place = shape.at(st, 0.0);
             let hit = shape.hit(eye, (place.point - eye).normalize()).unwrap();
-            assert!(hit.st.distance(st) < 1e-9 && hit.point.distance(place.point) < 1e-9 && hit.normal.distance(place.normal) < 1e-9, "{hit:?}");
+            assert!(
+                hit.st.distance(st) < 1e-9 && hit.point.distance(place.point) < 1e-9 && hit.normal.distance(place.normal) < 1e-9,
+                "{hit:?}"
+            );
         }
         // Beside, behind and from inside.
         assert!(plane.hit(DVec3::new(0.0, 0.0, 9.0), DVec3::new(9.0, 0.0, -1.0).normalize()).is_none());

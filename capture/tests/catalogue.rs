@@ -110,8 +110,12 @@ fn assert_code(capture: &Capture, code: &str, severity: Severity) -> Option<f64>
 
 #[track_caller]
 fn assert_clean(capture: &Capture) {
-    let bad: Vec<String> =
-        capture.checks.iter().filter(|c| c.severity > Severity::Ok).map(|c| format!("{} {:?}: {}", c.code, c.measured, c.message)).collect();
+    let bad: Vec<String> = capture
+        .checks
+        .iter()
+        .filter(|c| c.severity > Severity::Ok)
+        .map(|c| format!("{} {:?}: {}", c.code, c.measured, c.message))
+        .collect();
     assert!(bad.is_empty(), "{}", bad.join("\n"));
 }
 
@@ -143,7 +147,8 @@ fn exposure() {
     assert!((middle / truth - 1.0).abs() < 0.03, "{middle} for {truth}");
     case.save("dark.png", &case.sample(0.008));
     assert_code(&case.run(&dark), "UNDEREXPOSED", Severity::Fail);
-    let unknown = "[[photo]]\nrole = \"distant\"\nfile = \"usual.png\"\n[[photo]]\nrole = \"validation\"\nfile = \"usual.png\"\nseconds = 1\n";
+    let unknown =
+        "[[photo]]\nrole = \"distant\"\nfile = \"usual.png\"\n[[photo]]\nrole = \"validation\"\nfile = \"usual.png\"\nseconds = 1\n";
     assert_code(&case.run(unknown), "NO_EXPOSURE", Severity::Warn);
 }
 
@@ -251,7 +256,8 @@ fn calibration() {
     let half = |p: DVec2| if p.x < 55.0 { print().at(p) } else { WHITE };
     assert_code(&case.run_with("", &views(&around(3, 240.0, 5.0), &half), &none), "BOARD_PARTIAL", Severity::Warn);
     let smaller = Print::new(&Board::charuco(5, 4, 30.0, 19.0, "DICT_5X5_100", true), &flat_shoot::bits);
-    let off = assert_code(&case.run_with("", &views(&around(3, 240.0, 5.0), &|p| smaller.at(p)), &none), "SCALE_MISMATCH", Severity::Fail).unwrap();
+    let off = assert_code(&case.run_with("", &views(&around(3, 240.0, 5.0), &|p| smaller.at(p)), &none), "SCALE_MISMATCH", Severity::Fail)
+        .unwrap();
     assert!((off - 3.0 / 22.0).abs() < 0.02, "{off}");
     // A board that bends.
     let bent = |p: DVec2| print().at(p + DVec2::new(0.0, 4.0 * (p.x / 40.0).sin()));

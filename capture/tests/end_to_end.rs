@@ -53,14 +53,27 @@ fn a_flat_sample_on_a_board() {
     let camera = found.camera.as_ref().unwrap();
     eprintln!("camera {camera:?}");
     let (lens, sigma) = (truth.studio.lens, camera.sigma.unwrap());
-    for (k, (value, truth)) in [(camera.fx, lens.focal.x), (camera.fy, lens.focal.y), (camera.cx, lens.centre.x), (camera.cy, lens.centre.y)].into_iter().enumerate() {
-        assert!((value - truth).abs() < 5.0 * sigma[k] && (value / truth - 1.0).abs() < 5e-3, "{k}: {value} for {truth}, sigma {}", sigma[k]);
+    for (k, (value, truth)) in
+        [(camera.fx, lens.focal.x), (camera.fy, lens.focal.y), (camera.cx, lens.centre.x), (camera.cy, lens.centre.y)]
+            .into_iter()
+            .enumerate()
+    {
+        assert!(
+            (value - truth).abs() < 5.0 * sigma[k] && (value / truth - 1.0).abs() < 5e-3,
+            "{k}: {value} for {truth}, sigma {}",
+            sigma[k]
+        );
     }
     // Falloff.
     let flat = found.flat_field.as_ref().unwrap();
     for r in [0.3_f64, 0.6, 0.8, 1.0] {
         let v = |p: [f64; 3]| 1.0 + p[0] * r.powi(2) + p[1] * r.powi(4) + p[2] * r.powi(6);
-        assert!((v(flat.radial) / v(truth.studio.vignetting) - 1.0).abs() < 0.01, "at {r}: {} for {}", v(flat.radial), v(truth.studio.vignetting));
+        assert!(
+            (v(flat.radial) / v(truth.studio.vignetting) - 1.0).abs() < 0.01,
+            "at {r}: {} for {}",
+            v(flat.radial),
+            v(truth.studio.vignetting)
+        );
     }
     // Colour.
     let colour = found.colour.as_ref().unwrap();

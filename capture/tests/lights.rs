@@ -52,7 +52,11 @@ fn a_mirror_ball_tells_the_light_within_a_degree() {
             half * studio.lens.focal.x
         );
         let all = circle::candidates(&Gray::of(&picture, false)).unwrap();
-        eprintln!("of {} circles the nearest is {:?} px away", all.len(), all.iter().map(|c| seen.distance(DVec2::new(c[0], c[1]))).min_by(f64::total_cmp));
+        eprintln!(
+            "of {} circles the nearest is {:?} px away",
+            all.len(),
+            all.iter().map(|c| seen.distance(DVec2::new(c[0], c[1]))).min_by(f64::total_cmp)
+        );
         assert!(off < 1.0, "{light}: {off} degrees");
     }
 }

@@ -36,19 +36,29 @@ fn chessboards_give_the_published_camera_and_name_their_worst_views() {
     let numbers: Vec<u32> = (1..=14).filter(|k| *k != 10).collect();
     let layout = Board::chessboard(9, 6, 25.0);
     for side in ["left", "right"] {
-        let views: Vec<View> = numbers.iter().map(|k| board::detect(&read(root.join(format!("{side}{k:02}.jpg"))).1, &layout).unwrap().corners).collect();
+        let views: Vec<View> =
+            numbers.iter().map(|k| board::detect(&read(root.join(format!("{side}{k:02}.jpg"))).1, &layout).unwrap().corners).collect();
         assert!(views.iter().all(|v| v.len() == 54), "{side}: {:?}", views.iter().map(Vec::len).collect::<Vec<_>>());
         let found = calibrate(&views, 640, 480).unwrap().unwrap();
         let dropped: Vec<u32> = numbers.iter().zip(&found.used).filter(|(_, u)| !**u).map(|(k, _)| *k).collect();
         let lens = found.lens;
         println!(
             "{side}: f {:.2} +/- {:.2}, {:.2}; c {:.2} +/- {:.2}, {:.2} +/- {:.2}; rms {:.3} px; dropped {dropped:?}; coverage {:.2}",
-            lens.focal.x, found.sigma[0], lens.focal.y, lens.centre.x, found.sigma[2], lens.centre.y, found.sigma[3], found.rms, found.coverage
+            lens.focal.x,
+            found.sigma[0],
+            lens.focal.y,
+            lens.centre.x,
+            found.sigma[2],
+            lens.centre.y,
+            found.sigma[3],
+            found.rms,
+            found.coverage
         );
         assert!(found.rms < 0.3, "{side}: {}", found.rms);
         if side == "left" {
             let truth = matrix(&std::fs::read_to_string(root.join("left_intrinsics.yml")).unwrap(), "camera_matrix");
-            for (value, truth) in [(lens.focal.x, truth[0]), (lens.focal.y, truth[4]), (lens.centre.x, truth[2]), (lens.centre.y, truth[5])] {
+            for (value, truth) in [(lens.focal.x, truth[0]), (lens.focal.y, truth[4]), (lens.centre.x, truth[2]), (lens.centre.y, truth[5])]
+            {
                 assert!((value / truth - 1.0).abs() < 0.01, "{value} for {truth}");
             }
         }

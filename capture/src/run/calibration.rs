@@ -61,7 +61,10 @@ impl Session<'_> {
         let (severity, message) = if calibration.coverage >= COVERAGE {
             (Severity::Ok, "the views reach all over the picture")
         } else {
-            (Severity::Warn, "large parts of the picture, of a 10 x 10 grid, never show the board: distortion is a guess there; bring the board to the corners")
+            (
+                Severity::Warn,
+                "large parts of the picture, of a 10 x 10 grid, never show the board: distortion is a guess there; bring the board to the corners",
+            )
         };
         self.checks.valued(Code::BadCoverage, severity, None, calibration.coverage, COVERAGE, "share of a 10 x 10 grid", message);
         let limits = Limits { warn: CALIBRATION_RMS, fail: 4.0 * CALIBRATION_RMS };
@@ -141,7 +144,8 @@ impl Session<'_> {
     pub(super) fn nothing_found(&mut self, name: &str, gray: &Gray, dictionary: &str, what: &str, severity: Severity) -> Result<()> {
         let other = markers::other_family(gray, dictionary)?;
         if let Some((family, count)) = &other {
-            let message = format!("found other marker family: {count} markers of {family}, none of {dictionary}; is this the right photograph?");
+            let message =
+                format!("found other marker family: {count} markers of {family}, none of {dictionary}; is this the right photograph?");
             self.checks.add(Code::OtherMarkers, severity, Some(name), message);
         }
         let message = format!("{what} is not seen: it must be in the picture, in focus, and not in glare");
@@ -232,4 +236,3 @@ fn describe(lens: &Lens) -> Camera {
         coverage: None,
     }
 }
-

@@ -71,7 +71,8 @@ impl Session<'_> {
         match &self.colours {
             None => {
                 self.brightness.insert(spec.light.clone(), 1.0);
-                self.report.patches = found.measured.iter().map(|m| (found.correction.matrix * DVec3::from(*m)).to_array()).zip(checker_rgb()).collect();
+                self.report.patches =
+                    found.measured.iter().map(|m| (found.correction.matrix * DVec3::from(*m)).to_array()).zip(checker_rgb()).collect();
                 self.colours = Some(Colours { correction: found.correction, source: "checker", light: spec.light.clone() });
             }
             Some(first) => {
@@ -114,7 +115,10 @@ impl Session<'_> {
             Severity::Ok
         };
         let (threshold, message) = match severity {
-            Severity::Fail => (CHECKER.fail, "a linear matrix does not reach the checker's colours: is it one of 24 patches, evenly lit, without glare, unsaturated?"),
+            Severity::Fail => (
+                CHECKER.fail,
+                "a linear matrix does not reach the checker's colours: is it one of 24 patches, evenly lit, without glare, unsaturated?",
+            ),
             Severity::Warn => (CHECKER.warn, "a patch of the checker keeps a visible difference"),
             Severity::Ok => (CHECKER.warn, "all patches are reached"),
         };
@@ -138,7 +142,8 @@ impl Session<'_> {
         for patch in &sheet.patches {
             let [low, high] = patch.rectangle_mm.map(glam::DVec2::from);
             let inset = 0.25 * (high - low);
-            let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|c| low + inset + glam::DVec2::from(c) * (high - low - 2.0 * inset));
+            let corners =
+                [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|c| low + inset + glam::DVec2::from(c) * (high - low - 2.0 * inset));
             let seen = corners.map(|c| super::samples::visible(shoot, sheet, c, &pose).and_then(|p| lens.project(p)));
             let [Some(a), Some(b), Some(c), Some(d)] = seen else { continue };
             if let Some((value, over)) = checker::mean(&shot.linear.picture, &shot.linear.saturated, &[a, b, c, d]) {

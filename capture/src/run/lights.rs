@@ -3,12 +3,12 @@
 use super::Session;
 use super::read::Shot;
 use crate::checks::{Code, LIGHT};
-use crate::light::{self, Estimate};
+use crate::edges::Grey;
 use crate::lens::{Lens, Pose};
+use crate::light::{self, Estimate};
 use crate::report::{Mark, View};
 use crate::shoot::{PhotoSpec, Role, Stick};
 use crate::vision::{Gray, Luminance, circle};
-use crate::edges::Grey;
 use biscale::error::Result;
 use biscale::formats::capture::{Light, LightSource, Severity};
 use glam::{DVec2, DVec3};
@@ -70,7 +70,8 @@ impl Session<'_> {
         let pose = self.pose_of(spec, shot)?;
         let Some((pose, lens)) = pose else {
             self.report.views.push(view);
-            let message = "where the camera stood is not known: the board or sheet of the sample must be seen together with the ball or stick";
+            let message =
+                "where the camera stood is not known: the board or sheet of the sample must be seen together with the ball or stick";
             self.checks.add(Code::LightNotFound, Severity::Fail, Some(&name), message);
             return Ok(None);
         };
@@ -83,12 +84,7 @@ impl Session<'_> {
                 let d = estimate.direction;
                 view.row("direction", format!("({:.4}, {:.4}, {:.4})", d.x, d.y, d.z));
                 view.row("standard deviation", format!("{:.2} degrees", estimate.sigma.to_degrees()));
-                Some(LightSource {
-                    kind: kind.into(),
-                    photograph: Some(name),
-                    direction: d.into(),
-                    sigma_deg: estimate.sigma.to_degrees(),
-                })
+                Some(LightSource { kind: kind.into(), photograph: Some(name), direction: d.into(), sigma_deg: estimate.sigma.to_degrees() })
             }
             Err(message) => {
                 self.checks.add(Code::LightNotFound, Severity::Fail, Some(&name), message);
@@ -121,7 +117,10 @@ impl Session<'_> {
             }
         }
         let Some((_, outline, candidate, spot, size)) = best else {
-            return Ok(Err("no ball with a highlight is seen: give its outline as `ball_px = [x, y, radius]` and the highlight as `highlight_px`".into()));
+            return Ok(Err(
+                "no ball with a highlight is seen: give its outline as `ball_px = [x, y, radius]` and the highlight as `highlight_px`"
+                    .into(),
+            ));
         };
         view.marks.push(Mark::Circle(DVec2::new(candidate[0], candidate[1]), candidate[2], "ball"));
         view.marks.push(Mark::Cross(spot));
@@ -145,7 +144,9 @@ impl Session<'_> {
         let shadow = match stick.shadow_px {
             Some(pixel) => {
                 let ray = lens.ray(pixel).ok_or("the tip of the shadow lies where the lens cannot see")?;
-                light::on_plane(eye, pose.rotation.transpose() * ray, ground).map(|p| p.truncate()).ok_or("the tip of the shadow does not lie on the ground")?
+                light::on_plane(eye, pose.rotation.transpose() * ray, ground)
+                    .map(|p| p.truncate())
+                    .ok_or("the tip of the shadow does not lie on the ground")?
             }
             None => {
                 // Light in the surroundings of the foot: most of it is paper.

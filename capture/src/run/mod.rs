@@ -140,7 +140,10 @@ impl Session<'_> {
             let Some(nearest) = others.map(|o| o.angle_between(own).to_degrees()).min_by(f64::total_cmp) else { continue };
             let least = crate::checks::SAME_LIGHT_DEG;
             let (severity, message) = if nearest < least {
-                (Severity::Warn, "its light is that of the distant photograph: it proves nothing about other lights; move the lamp and repeat it")
+                (
+                    Severity::Warn,
+                    "its light is that of the distant photograph: it proves nothing about other lights; move the lamp and repeat it",
+                )
             } else {
                 (Severity::Ok, "its light differs from that of the distant photograph")
             };

@@ -144,7 +144,9 @@ impl Session<'_> {
         let mut number = |what: &str, slot: &mut Option<(f64, String)>, value: Option<f64>| {
             if let Some(v) = value {
                 match slot {
-                    Some((before, at)) if (v / *before - 1.0).abs() > 0.01 => changed.push(format!("{what} is {v} and was {before} in {at}")),
+                    Some((before, at)) if (v / *before - 1.0).abs() > 0.01 => {
+                        changed.push(format!("{what} is {v} and was {before} in {at}"))
+                    }
                     Some(_) => {}
                     None => *slot = Some((v, name.to_owned())),
                 }

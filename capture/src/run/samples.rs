@@ -142,7 +142,10 @@ impl Session<'_> {
             return;
         }
         let severity = if spec.role == Role::CloseUp { Severity::Warn } else { Severity::Fail };
-        let message = format!("the direction of its light \"{}\" is not known: photograph a mirror ball or a stick under it, or give it as [[light]]", spec.light);
+        let message = format!(
+            "the direction of its light \"{}\" is not known: photograph a mirror ball or a stick under it, or give it as [[light]]",
+            spec.light
+        );
         self.checks.add(Code::LightNotFound, severity, Some(name), message);
     }
 
@@ -169,7 +172,11 @@ impl Session<'_> {
                 Severity::Ok
             };
             let threshold = if severity == Severity::Fail { UNDEREXPOSED_FAIL } else { UNDEREXPOSED_WARN };
-            let message = if severity == Severity::Ok { "well exposed" } else { "the sample is dark: noise and steps of the scale count; expose more" };
+            let message = if severity == Severity::Ok {
+                "well exposed"
+            } else {
+                "the sample is dark: noise and steps of the scale count; expose more"
+            };
             self.checks.valued(Code::Underexposed, severity, Some(name), bright, threshold, "of the scale (95th percentile)", message);
         }
         clipped
@@ -235,7 +242,8 @@ impl Session<'_> {
         // A share of the corners that had to be left out counts as well.
         let left_out = share(&found.used.iter().map(|u| !u).collect::<Vec<_>>());
         let measured = if left_out > 0.4 { f64::INFINITY } else { found.rms_px };
-        let severity = self.checks.limit(Code::PoseError, Some(name), measured, POSE, "px (RMS)", "the markers are where the shape says", bad);
+        let severity =
+            self.checks.limit(Code::PoseError, Some(name), measured, POSE, "px (RMS)", "the markers are where the shape says", bad);
         if thorough && severity < Severity::Fail {
             let dictionary = layout.dictionary.clone();
             let sides: Vec<[DVec2; 4]> = seen.markers.iter().map(|m| m.1).collect();
@@ -267,13 +275,29 @@ impl Session<'_> {
             if sigma < 0.01 {
                 let bad = "the printed sheet is not as large as its sidecar says, for a cylinder of this radius: print at 100 %, measure the radius";
                 let off = ((scale - 1.0).abs() - 2.0 * sigma).max(0.0);
-                self.checks.limit(Code::ScaleMismatch, Some(name), off, SCALE, "relative", "the sheet has the size that its sidecar says", bad);
+                self.checks.limit(
+                    Code::ScaleMismatch,
+                    Some(name),
+                    off,
+                    SCALE,
+                    "relative",
+                    "the sheet has the size that its sidecar says",
+                    bad,
+                );
             }
         }
     }
 
     /// How many of the markers that should be seen are found.
-    fn partial(&mut self, name: &str, layout: &Board, seen: &board::Found, pose: &Pose, lens: &Lens, place: &dyn Fn(DVec2, f64) -> (DVec3, DVec3)) {
+    fn partial(
+        &mut self,
+        name: &str,
+        layout: &Board,
+        seen: &board::Found,
+        pose: &Pose,
+        lens: &Lens,
+        place: &dyn Fn(DVec2, f64) -> (DVec3, DVec3),
+    ) {
         if layout.markers.is_empty() {
             return;
         }
@@ -294,8 +318,11 @@ impl Session<'_> {
         };
         let expected = layout.markers.iter().filter(|m| shown(&m.1)).count().max(seen.markers.len());
         let found = seen.markers.len() as f64 / expected.max(1) as f64;
-        let (severity, message) =
-            if found < PARTIAL { (Severity::Warn, "most markers are hidden, in glare or unreadable") } else { (Severity::Ok, "the markers in view are found") };
+        let (severity, message) = if found < PARTIAL {
+            (Severity::Warn, "most markers are hidden, in glare or unreadable")
+        } else {
+            (Severity::Ok, "the markers in view are found")
+        };
         self.checks.valued(Code::BoardPartial, severity, Some(name), found, PARTIAL, "share of the markers in view", message);
     }
 
@@ -343,16 +370,37 @@ impl Session<'_> {
         }
         let (low, high) = values.iter().fold((f64::INFINITY, 0.0_f64), |(l, h), v| (l.min(*v), h.max(*v)));
         let bad = "the paper around the markers is not lit evenly: move the lamp away, or photograph a flat field under it";
-        self.checks.limit(Code::UnevenLight, Some(name), high / low - 1.0, UNEVEN, "brightest over darkest paper, less 1", "the paper is lit evenly", bad);
+        self.checks.limit(
+            Code::UnevenLight,
+            Some(name),
+            high / low - 1.0,
+            UNEVEN,
+            "brightest over darkest paper, less 1",
+            "the paper is lit evenly",
+            bad,
+        );
     }
 
     /// The close-up straight on, and what is seen in it.
-    fn close_up(&mut self, spec: &PhotoSpec, shot: &Shot, name: &str, stem: &str, registered: Option<&Registered>, view: &mut View) -> Result<Option<CloseUp>> {
+    fn close_up(
+        &mut self,
+        spec: &PhotoSpec,
+        shot: &Shot,
+        name: &str,
+        stem: &str,
+        registered: Option<&Registered>,
+        view: &mut View,
+    ) -> Result<Option<CloseUp>> {
         let (linear, shape) = (&shot.linear, shoot_shape(self.shoot));
         let rectified = match registered {
             Some(r) => {
                 let Some(out) = resample::rectify(&linear.picture, &linear.saturated, &r.lens, &r.found.pose, &shape) else {
-                    self.checks.add(Code::NoScale, Severity::Fail, Some(name), "the close-up does not show the sample where its markers say it is");
+                    self.checks.add(
+                        Code::NoScale,
+                        Severity::Fail,
+                        Some(name),
+                        "the close-up does not show the sample where its markers say it is",
+                    );
                     return Ok(None);
                 };
                 view.row("pixel on the sample", format!("{:.5} mm", out.mm_per_px));
@@ -364,7 +412,8 @@ impl Session<'_> {
             Some(Rectified { masked, mm_per_px, origin }) => (masked.picture, Some(mm_per_px), origin),
             None => {
                 if spec.mm_per_px.is_none() {
-                    let message = "nothing tells how large the close-up is: periods are in pixels; let it show a marker, or write `mm_per_px`";
+                    let message =
+                        "nothing tells how large the close-up is: periods are in pixels; let it show a marker, or write `mm_per_px`";
                     self.checks.add(Code::NoScale, Severity::Warn, Some(name), message);
                 }
                 (linear.picture.clone(), spec.mm_per_px, DVec2::ZERO)
@@ -396,10 +445,16 @@ fn multiply(picture: &mut Picture, m: DMat3) {
 fn describe_pose(view: &mut View, found: &Found) {
     let (t, s) = (found.pose.translation, found.sigma_shift);
     let turn = found.sigma_turn.map(f64::to_degrees);
-    view.row("sample's origin", format!("({:.2}, {:.2}, {:.2}) +/- ({:.3}, {:.3}, {:.3}) mm from the camera", t.x, t.y, t.z, s.x, s.y, s.z));
+    view.row(
+        "sample's origin",
+        format!("({:.2}, {:.2}, {:.2}) +/- ({:.3}, {:.3}, {:.3}) mm from the camera", t.x, t.y, t.z, s.x, s.y, s.z),
+    );
     view.row("rotation", format!("+/- ({:.3}, {:.3}, {:.3}) degrees", turn.x, turn.y, turn.z));
     if !found.used.is_empty() {
-        view.row("markers' corners", format!("{} of {} used, {:.3} px RMS", found.used.iter().filter(|u| **u).count(), found.used.len(), found.rms_px));
+        view.row(
+            "markers' corners",
+            format!("{} of {} used, {:.3} px RMS", found.used.iter().filter(|u| **u).count(), found.used.len(), found.rms_px),
+        );
     }
 }
 

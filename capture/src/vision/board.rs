@@ -127,7 +127,9 @@ fn is_corner(gray: &Gray, h: &glam::DMat3, corner: DVec2, reach: f64) -> bool {
     /// Steps of grey between light and dark.
     const LEAST: f64 = 12.0;
     let value = |x: f64, y: f64| gray.value(apply(h, corner + reach * DVec2::new(x, y)));
-    let (Some(a), Some(b), Some(c), Some(d)) = (value(1.0, 1.0), value(-1.0, -1.0), value(1.0, -1.0), value(-1.0, 1.0)) else { return false };
+    let (Some(a), Some(b), Some(c), Some(d)) = (value(1.0, 1.0), value(-1.0, -1.0), value(1.0, -1.0), value(-1.0, 1.0)) else {
+        return false;
+    };
     a.min(b) > c.max(d) + LEAST || c.min(d) > a.max(b) + LEAST
 }
 

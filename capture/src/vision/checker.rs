@@ -119,7 +119,8 @@ fn detect(photo: &Picture) -> Result<Option<[DVec2; 4]>> {
     let factor = (photo.width.max(photo.height) as f64 / LOOK).max(1.0);
     // By the mean of each small pixel's part: a fine pattern must not alias.
     let (width, height) = (whole(photo.width as f64 / factor), whole(photo.height as f64 / factor));
-    let bright = super::percentile(photo.planes[1].iter().step_by((photo.planes[1].len() / 100_000).max(1)).copied().collect(), 0.99).max(1e-9);
+    let bright =
+        super::percentile(photo.planes[1].iter().step_by((photo.planes[1].len() / 100_000).max(1)).copied().collect(), 0.99).max(1e-9);
     let byte = |v: f32| {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
         let b = (255.0 * linear_to_srgb(f64::from(v / bright) * 0.9) + 0.5) as u8;

@@ -28,7 +28,11 @@ pub fn candidates(gray: &Gray) -> Result<Vec<[f64; 3]>> {
         whole(0.45 * size),
     )
     .map_err(failed("looking for a ball"))?;
-    Ok(circles.iter().take(60).map(|c| [(f64::from(c[0]) + 0.5) * factor - 0.5, (f64::from(c[1]) + 0.5) * factor - 0.5, f64::from(c[2]) * factor]).collect())
+    Ok(circles
+        .iter()
+        .take(60)
+        .map(|c| [(f64::from(c[0]) + 0.5) * factor - 0.5, (f64::from(c[1]) + 0.5) * factor - 0.5, f64::from(c[2]) * factor])
+        .collect())
 }
 
 /// Rays that the rim of a ball is looked for along.

@@ -102,7 +102,16 @@ fn look(gray: &Gray, number: i32, factor: f64, large: bool) -> Result<Vec<Marker
 pub fn other_family(gray: &Gray, ours: &str) -> Result<Option<(String, usize)>> {
     let factor = (gray.width.max(gray.height) as f64 / LOOK).max(1.0);
     // The largest dictionary of each size holds the smaller ones. Those with few bits see markers in noise: more than one must be found.
-    for (number, name) in [(20, APRIL_TAGS[3]), (19, APRIL_TAGS[2]), (18, APRIL_TAGS[1]), (11, "DICT_6X6"), (15, "DICT_7X7"), (7, "DICT_5X5"), (16, "DICT_ARUCO_ORIGINAL"), (3, "DICT_4X4")] {
+    for (number, name) in [
+        (20, APRIL_TAGS[3]),
+        (19, APRIL_TAGS[2]),
+        (18, APRIL_TAGS[1]),
+        (11, "DICT_6X6"),
+        (15, "DICT_7X7"),
+        (7, "DICT_5X5"),
+        (16, "DICT_ARUCO_ORIGINAL"),
+        (3, "DICT_4X4"),
+    ] {
         if ours.starts_with(name) {
             continue;
         }

@@ -47,7 +47,8 @@ impl Gray {
         let [r, g, b] = &picture.planes;
         let grey = |i: usize| 0.25 * r[i] + 0.5 * g[i] + 0.25 * b[i];
         let count = r.len();
-        let white = if encoded { 1.0 } else { percentile((0..count).step_by((count / 100_000).max(1)).map(grey).collect(), 0.995).max(1e-9) };
+        let white =
+            if encoded { 1.0 } else { percentile((0..count).step_by((count / 100_000).max(1)).map(grey).collect(), 0.995).max(1e-9) };
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a float to an integer saturates")]
         let pixels = (0..count)
             .into_par_iter()

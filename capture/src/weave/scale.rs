@@ -34,8 +34,7 @@ const MIN_WINDOW: usize = 96;
 pub(super) fn find(photo: &Photo<'_>) -> Result<Scale, (f64, f64)> {
     let mut scales: Vec<Scale> = Vec::new();
     let mut factor = 1;
-    loop {
-        let Some(field) = Field::cut(photo, factor, SIDE, MIN_SIDE) else { break };
+    while let Some(field) = Field::cut(photo, factor, SIDE, MIN_SIDE) {
         scales.extend(best_window(field));
         if photo.width.max(photo.height) / factor <= SIDE {
             break;

@@ -69,7 +69,9 @@ impl<'a> Scene<'a> {
                 let above = place.point + 1e-6 * place.normal;
                 let shaded = self.stick.is_some_and(|(f, h, r)| upright(above, self.light, f, h, r).is_some())
                     || self.ball.is_some_and(|(m, r)| sphere(above, self.light, m, r).is_some());
-                let e = if shaded { 0.06 } else { 1.0 } * self.irradiance / std::f64::consts::PI * facing * (1.0 + self.tilt.dot(place.point.truncate()));
+                let e = if shaded { 0.06 } else { 1.0 } * self.irradiance / std::f64::consts::PI
+                    * facing
+                    * (1.0 + self.tilt.dot(place.point.truncate()));
                 return (self.paint)(place.st).map(|a| a * e);
             }
         }
@@ -200,7 +202,8 @@ impl Studio {
                 plane.par_iter_mut().enumerate().for_each(|(i, v)| {
                     let (x, y) = (i % width, i / width);
                     let near = || {
-                        (y.saturating_sub(1)..=(y + 1).min(height - 1)).flat_map(move |j| (x.saturating_sub(1)..=(x + 1).min(width - 1)).map(move |k| j * width + k))
+                        (y.saturating_sub(1)..=(y + 1).min(height - 1))
+                            .flat_map(move |j| (x.saturating_sub(1)..=(x + 1).min(width - 1)).map(move |k| j * width + k))
                     };
                     if colour(i) != c {
                         let (sum, n) = near().filter(|k| colour(*k) == c).fold((0.0, 0.0), |(s, n), k| (s + full[c][k], n + 1.0));
@@ -344,7 +347,9 @@ pub fn cloth(place: DVec2, draft: &[&[bool]], pitch: DVec2, width: DVec2, warp: 
     let over = row[cell.x.rem_euclid(row.len() as f64) as usize];
     let (on_warp, on_weft) = (2.0 * off.x.abs() < width.x, 2.0 * off.y.abs() < width.y);
     // A thread is round, and lower at its ends.
-    let round = |across: f64, along: f64, c: [f64; 3]| c.map(|v| v * (0.55 + 0.45 * (1.0 - across * across).sqrt()) * (0.8 + 0.2 * (0.5 * std::f64::consts::PI * along).cos()));
+    let round = |across: f64, along: f64, c: [f64; 3]| {
+        c.map(|v| v * (0.55 + 0.45 * (1.0 - across * across).sqrt()) * (0.8 + 0.2 * (0.5 * std::f64::consts::PI * along).cos()))
+    };
     let warp_here = || round(2.0 * off.x / width.x, 2.0 * off.y / pitch.y, warp);
     let weft_here = || round(2.0 * off.y / width.y, 2.0 * off.x / pitch.x, weft);
     match (on_warp, on_weft) {
@@ -362,7 +367,8 @@ pub fn around(count: usize, distance: f64, spread: f64) -> Vec<Pose> {
         .map(|k| {
             let turn = 2.399_963 * k as f64;
             let tilt = (0.1 + 0.55 * ((k as f64 + 0.5) / count as f64).sqrt()).sin();
-            let eye = DVec3::new(tilt * turn.cos(), tilt * turn.sin(), (1.0 - tilt * tilt).sqrt()) * distance * (1.0 + 0.1 * (3.0 * turn).sin());
+            let eye =
+                DVec3::new(tilt * turn.cos(), tilt * turn.sin(), (1.0 - tilt * tilt).sqrt()) * distance * (1.0 + 0.1 * (3.0 * turn).sin());
             let target = spread * DVec3::new((1.7 * k as f64).cos(), (2.3 * k as f64).sin(), 0.0);
             let up = DVec3::new((0.4 * k as f64).sin(), (0.4 * k as f64).cos(), 0.0);
             Pose::looking_at(eye, target, up)
