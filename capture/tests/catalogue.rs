@@ -1,5 +1,5 @@
 //! Every code of the catalogue that a photograph can trigger, each with a made-up photograph that does.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking, and tells what it measured")]
 #![cfg(feature = "opencv")]
 
 mod support;

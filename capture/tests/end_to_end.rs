@@ -1,5 +1,5 @@
 //! A whole shoot whose truth is known: every number that `run` gives is compared with it.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking, and tells what it measured")]
 #![cfg(feature = "opencv")]
 
 mod support;
@@ -41,13 +41,6 @@ fn a_flat_sample_on_a_board() {
     let at = |name: &str| folder.path().join(name);
     let truth = FlatShoot::write(folder.path(), 900);
     let found = capture(folder.path(), &flat_shoot::text(900));
-    if let Ok(keep) = std::env::var("BISCALE_KEEP") {
-        for name in ["ball.png", "stick.png", "distant.png"] {
-            std::fs::copy(at(name), Path::new(&keep).join(name)).unwrap();
-        }
-        std::fs::copy(folder.path().join("out/report.html"), Path::new(&keep).join("report.html")).unwrap();
-        std::fs::copy(folder.path().join("out/capture.json"), Path::new(&keep).join("capture.json")).unwrap();
-    }
     eprintln!("{}", told(&found));
     // Camera.
     let camera = found.camera.as_ref().unwrap();
@@ -116,6 +109,17 @@ fn a_flat_sample_on_a_board() {
         let truth = truth.mean[c];
         assert!((mean(c) / truth - 1.0).abs() < 0.03, "channel {c}: {} for {truth}", mean(c));
     }
+    // The close-up: a twill of these threads, and a material file that `biscale` reads.
+    let weave = found.close_up.as_ref().unwrap().weave.as_ref().unwrap();
+    eprintln!("{weave}");
+    for (name, pitch, width) in [("warp", truth.pitch.x, 1.3), ("weft", truth.pitch.y, 1.1)] {
+        let value = |key: &str| weave[name][key]["value"].as_f64().unwrap();
+        assert!((value("pitch") / pitch - 1.0).abs() < 0.01, "{name}: pitch {} for {pitch}", value("pitch"));
+        assert!((value("width") / width - 1.0).abs() < 0.05, "{name}: width {} for {width}", value("width"));
+    }
+    assert_eq!(weave["class"]["name"], "twill");
+    let material = biscale::material::Material::load(&folder.path().join("out").join(found.material.as_ref().unwrap())).unwrap();
+    assert!((material.build().unwrap().tile.period.x / (3.0 * truth.pitch.x) - 1.0).abs() < 0.01);
     assert!(found.usable, "{}", told(&found));
     // The same bits again.
     let report = std::fs::read(at("out/report.html")).unwrap();

@@ -22,7 +22,8 @@ impl Report {
     /// Describes a shoot.
     pub fn of(shoot: &Shoot) -> Self {
         let count = |role| shoot.of_role(role).map(|p| p.files.len()).sum::<usize>();
-        let photographs: Vec<(String, usize)> = ROLES.iter().map(|(name, role)| ((*name).to_owned(), count(*role))).filter(|c| c.1 > 0).collect();
+        let photographs: Vec<(String, usize)> =
+            ROLES.iter().map(|(name, role)| ((*name).to_owned(), count(*role))).filter(|c| c.1 > 0).collect();
         let has = |name: &str| photographs.iter().any(|p| p.0 == name);
         let calibrated = has("board") && shoot.board.is_some();
         let mut lights: Vec<String> = shoot.photos.iter().filter(|p| p.role.is_sample()).map(|p| p.light.clone()).collect();
@@ -42,7 +43,8 @@ impl Report {
         note(!has("distant"), "no distant photograph: there is nothing to fit");
         note(!has("validation"), "no validation photograph: a fit cannot be tested");
         let missing = |l: &&String| {
-            !shoot.lights.iter().any(|g| g.name == **l) && !shoot.photos.iter().any(|p| p.role == biscale_capture::shoot::Role::Light && p.light == **l)
+            !shoot.lights.iter().any(|g| g.name == **l)
+                && !shoot.photos.iter().any(|p| p.role == biscale_capture::shoot::Role::Light && p.light == **l)
         };
         for light in lights.iter().filter(missing) {
             notes.push(format!("nothing tells the direction of light \"{light}\""));

@@ -35,7 +35,10 @@ impl OutputFolder {
         if replace && !force {
             let empty = std::fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none());
             if !empty && !made_here(path) {
-                return Err(bad("this folder exists and was not made by this command".into(), "name another one, or replace it with --force"));
+                return Err(bad(
+                    "this folder exists and was not made by this command".into(),
+                    "name another one, or replace it with --force",
+                ));
             }
         }
         Ok(Self { path: path.to_path_buf(), replace })
@@ -58,8 +61,11 @@ impl OutputFolder {
         let out = content(temporary.path())?;
         if self.replace {
             // What else the user keeps there stays. The index of the command comes last: a folder without it is not whole.
-            let mut files: Vec<PathBuf> =
-                std::fs::read_dir(temporary.path()).map_err(failed)?.map(|e| e.map(|e| e.path())).collect::<Result<_, _>>().map_err(failed)?;
+            let mut files: Vec<PathBuf> = std::fs::read_dir(temporary.path())
+                .map_err(failed)?
+                .map(|e| e.map(|e| e.path()))
+                .collect::<Result<_, _>>()
+                .map_err(failed)?;
             files.sort_by_key(|f| f.extension().is_some_and(|e| e == "json"));
             for file in files {
                 let name = file.file_name().unwrap_or_default();
@@ -88,7 +94,8 @@ mod tests {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("out");
         let target = || OutputFolder::new(&path, false, |p| p.join("mark").exists());
-        let fill = |text: &'static str| move |folder: &Path| std::fs::write(folder.join("mark"), text).map_err(|e| Error::Numeric(e.to_string()));
+        let fill =
+            |text: &'static str| move |folder: &Path| std::fs::write(folder.join("mark"), text).map_err(|e| Error::Numeric(e.to_string()));
         let failure = target().unwrap().write(|f| fill("half")(f).and(Err::<(), _>(Error::Interrupted)));
         assert!(matches!(failure, Err(Error::Interrupted)));
         assert_eq!(std::fs::read_dir(place.path()).unwrap().count(), 0);

@@ -22,7 +22,9 @@ fn a_shoot_is_checked_captured_and_repeated() {
     let said = folder.run(["capture", "shoot.toml", "-o", "out"]);
     assert_eq!(said.status, 0, "{}", said.stderr);
     assert!(said.stderr.contains("camera (calibrated)") && said.stderr.contains("report.html"), "{}", said.stderr);
-    for file in ["capture.json", "report.html", "distant.exr", "distant-mask.png", "close-up.exr", "close-up-rectified.exr", "validation.exr"] {
+    for file in
+        ["capture.json", "report.html", "distant.exr", "distant-mask.png", "close-up.exr", "close-up-rectified.exr", "validation.exr"]
+    {
         assert!(folder.path("out").join(file).is_file(), "{file}");
     }
     let first = folder.snapshot();
@@ -64,15 +66,25 @@ fn a_wrong_shoot_file_is_refused_and_nothing_is_written() {
     for (text, word) in [
         ("format = 1\n", "sample"),
         ("format = 1\n[sample]\nshape = \"cube\"\n", "plane"),
-        ("format = 1\n[sample]\nshape = \"plane\"\nwidth_mm = 9\nheight_mm = 9\n[[photo]]\nrole = \"distand\"\nfile = \"x.png\"\n", "not known here"),
-        ("format = 1\n[sample]\nshape = \"plane\"\nwidth_mm = 9\nheight_mm = 9\n[[photo]]\nrole = \"distant\"\nfile = \"x.png\"\n", "there is no file"),
+        (
+            "format = 1\n[sample]\nshape = \"plane\"\nwidth_mm = 9\nheight_mm = 9\n[[photo]]\nrole = \"distand\"\nfile = \"x.png\"\n",
+            "not known here",
+        ),
+        (
+            "format = 1\n[sample]\nshape = \"plane\"\nwidth_mm = 9\nheight_mm = 9\n[[photo]]\nrole = \"distant\"\nfile = \"x.png\"\n",
+            "there is no file",
+        ),
         ("format = 1\n[sample]\nshape = \"plane\"\nwidth_mm = 9\nheight_mm = 9\nsheet = \"m.toml\"\n", "no sidecar"),
     ] {
         folder.write("shoot.toml", text);
         let before = folder.snapshot();
         let said = folder.run(["capture", "shoot.toml", "-o", "out"]);
         assert_eq!(said.status, 2, "{text}: {}", said.stderr);
-        assert!(said.stderr.contains(word) && said.stderr.contains("shoot.toml") | said.stderr.contains("m.toml"), "{text}: {}", said.stderr);
+        assert!(
+            said.stderr.contains(word) && said.stderr.contains("shoot.toml") | said.stderr.contains("m.toml"),
+            "{text}: {}",
+            said.stderr
+        );
         assert!(folder.snapshot() == before, "{text}: something was written");
     }
 }

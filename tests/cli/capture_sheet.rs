@@ -1,6 +1,6 @@
 //! The closed loop: a sheet that `biscale fold` made, rendered by `biscale render`, seen through a distorted camera, and registered by its sidecar.
 
-#![allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic")]
+#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test that meets the unexpected should panic, and tells what it measured")]
 
 #[allow(dead_code, reason = "shared by several test programs; each uses its part")]
 mod support;
@@ -95,9 +95,6 @@ fn photograph(folder: &Folder, lens: &Lens, pose: &Pose, name: &str) {
         }
     }
     studio::save16(&out, &folder.path(name));
-    if let Ok(keep) = std::env::var("BISCALE_KEEP") {
-        std::fs::copy(folder.path(name), std::path::Path::new(&keep).join(format!("sheet-{name}"))).unwrap();
-    }
 }
 
 fn check(on: &str, poses: &[Pose], bend: &dyn Fn(DVec2, DVec2, f64) -> DVec3) {
@@ -109,7 +106,9 @@ fn check(on: &str, poses: &[Pose], bend: &dyn Fn(DVec2, DVec2, f64) -> DVec3) {
     let origin = DVec2::new(sidecar["wrap"]["origin_mm"][0].as_f64().unwrap(), sidecar["wrap"]["origin_mm"][1].as_f64().unwrap());
     folder.write("page.obj", page(&sidecar, &|p, h| bend(p - origin, p, h)));
     for (name, albedo) in [("white", 0.85), ("black", 0.04)] {
-        let text = format!("format = 1\n[geometry]\nkind = \"mesh\"\nfile = \"plane.obj\"\nperiod = [1.0, 1.0]\n[[surface]]\npart = \"*\"\nbrdf = {{ model = \"lambert\", albedo = {albedo} }}\n");
+        let text = format!(
+            "format = 1\n[geometry]\nkind = \"mesh\"\nfile = \"plane.obj\"\nperiod = [1.0, 1.0]\n[[surface]]\npart = \"*\"\nbrdf = {{ model = \"lambert\", albedo = {albedo} }}\n"
+        );
         folder.write(&format!("{name}.toml"), text);
     }
     let lens = Lens {

@@ -31,10 +31,10 @@ impl Session<'_> {
             });
         }
         for spec in shoot.of_role(Role::Light) {
-            if let Some(shot) = self.shot(spec)? {
-                if let Some(source) = self.light_of(spec, &shot)? {
-                    sources.entry(spec.light.clone()).or_default().push(source);
-                }
+            if let Some(shot) = self.shot(spec)?
+                && let Some(source) = self.light_of(spec, &shot)?
+            {
+                sources.entry(spec.light.clone()).or_default().push(source);
             }
             self.step("lights")?;
         }

@@ -32,7 +32,7 @@ pub use class::{Class, Direction};
 pub use finding::{Code, Finding};
 pub use material::Guesses;
 pub use relief::{Profile, Relief};
-pub use report::{Analysis, Axis, Measured, Weave};
+pub use report::{Analysis, Axis, MIN_PIXELS_A_THREAD, Measured, Weave};
 
 use biscale::error::{BadInput, Result};
 use biscale::geometry::weave::draft::Draft;

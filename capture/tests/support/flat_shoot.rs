@@ -19,7 +19,7 @@ pub struct FlatShoot {
 
 const PAGE: DVec2 = DVec2::new(360.0, 300.0);
 const CLOTH: DVec2 = DVec2::new(40.0, 30.0);
-const PITCH: DVec2 = DVec2::new(0.9, 0.8);
+const PITCH: DVec2 = DVec2::new(1.5, 1.35);
 const TWILL: [&[bool]; 3] = [&[true, false, false], &[false, true, false], &[false, false, true]];
 
 /// Middle of the mirror ball, which lies on the page.
@@ -50,7 +50,7 @@ pub fn bits(id: i32) -> Vec<bool> {
 }
 
 fn twill(p: DVec2) -> [f64; 3] {
-    cloth(p, &TWILL, PITCH, DVec2::new(0.78, 0.66), [0.45, 0.06, 0.05], [0.05, 0.12, 0.4])
+    cloth(p, &TWILL, PITCH, DVec2::new(1.3, 1.1), [0.45, 0.06, 0.05], [0.05, 0.12, 0.4])
 }
 
 impl FlatShoot {

@@ -58,7 +58,7 @@ fn draft(kind: usize, random: &mut Random) -> (Class, Vec<Vec<bool>>) {
         (Class::Satin { ends: ends as u32, step: step as u32, warp_faced }, Cloth::draft_of(over, under, step))
     };
     let basket = |warps: usize, wefts: usize| {
-        let draft = (0..2 * wefts).map(|j| (0..2 * warps).map(|i| (i / warps + j / wefts) % 2 == 0).collect()).collect();
+        let draft = (0..2 * wefts).map(|j| (0..2 * warps).map(|i| (i / warps + j / wefts).is_multiple_of(2)).collect()).collect();
         (Class::Basket { warps: warps as u32, wefts: wefts as u32 }, draft)
     };
     let direction = if random.unit() < 0.5 { Direction::Z } else { Direction::S };

@@ -50,7 +50,7 @@ pub struct Picture {
     pub rgb: Vec<[f32; 3]>,
 }
 
-/// SplitMix64.
+/// `SplitMix64`.
 pub struct Random(pub u64);
 
 impl Random {
