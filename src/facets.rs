@@ -11,6 +11,8 @@
 //! - sorted along the first coordinate, the p-th samples of the eight sets lie in the same stretch of the surface. They are
 //!   stored side by side: lane `l` of the sums belongs to set `l mod 8`, and neighbouring lanes see nearly the same.
 
+pub mod frozen;
+
 use crate::clusters::{Cluster, clusters};
 use crate::low_discrepancy::{fraction, sobol_2d};
 use crate::material::{SmallScale, Tint};

@@ -7,6 +7,7 @@ mod cluster_sums;
 mod demand;
 mod direct;
 mod estimate;
+pub mod frozen;
 mod importance;
 #[cfg(test)]
 mod kernel_tests;

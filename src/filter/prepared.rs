@@ -72,6 +72,13 @@ impl<'a> Tracer<'a> {
         }
     }
 
+    /// For a surface in the form that sampling uses, and not clustered.
+    pub fn of(small: &'a SmallScale, surface: Surface, control: &Control<'a>) -> Self {
+        let density = Density::uniform(&surface);
+        let horizon = Horizon::new(&small.tile);
+        Self { small, surface, rays: OnceLock::new(), horizon, density, seed: 0, control: *control, lost: AtomicUsize::new(0) }
+    }
+
     /// Whether the triangles are clustered by normal.
     pub fn is_clustered(&self) -> bool {
         self.surface.groups.iter().any(|g| g.cluster.is_some())
@@ -100,7 +107,7 @@ impl<'a> Tracer<'a> {
 
     /// Visibility: by horizon angles where few azimuths have many directions; else by projection, or by rays where the projection spans
     /// too many periods. All three are exact.
-    fn see(&self, facets: &Facets, directions: &[DVec3]) -> Result<Bits> {
+    pub fn see(&self, facets: &Facets, directions: &[DVec3]) -> Result<Bits> {
         let words = facets.triangle.len() / 64;
         let mut bits = Bits { words, rows: vec![0; words * directions.len()] };
         let azimuths = by_azimuth(directions);
