@@ -1,5 +1,6 @@
 //! `biscale check`: validates files and says what would be done; does nothing.
 
+use crate::check_fit;
 use crate::check_scene;
 use crate::interrupt;
 use crate::options::{CommonArgs, QualityArgs};
@@ -11,6 +12,7 @@ use biscale::geometry::Tile;
 use biscale::material::{Material, Surface, Tint};
 use biscale::render::scene::Scene;
 use biscale::toml_reader::Source;
+use biscale_fit::spec::Spec;
 use clap::Args;
 use glam::DVec3;
 use serde::Serialize;
@@ -21,7 +23,7 @@ use std::sync::atomic::Ordering;
 /// Arguments of `biscale check`.
 #[derive(Args, Debug)]
 pub struct CheckArgs {
-    /// Material and scene files
+    /// Material, scene and fit files
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     #[command(flatten)]
@@ -81,6 +83,7 @@ struct Outcome {
 enum AnyReport {
     Material(Box<Report>),
     Scene(check_scene::Report),
+    Fit(Box<check_fit::Report>),
 }
 
 impl fmt::Display for AnyReport {
@@ -88,6 +91,7 @@ impl fmt::Display for AnyReport {
         match self {
             Self::Material(report) => report.fmt(f),
             Self::Scene(report) => report.fmt(f),
+            Self::Fit(report) => report.fmt(f),
         }
     }
 }
@@ -95,6 +99,9 @@ impl fmt::Display for AnyReport {
 impl AnyReport {
     fn of(file: &Path, would_run: &str) -> Result<Self> {
         let source = Source::read(file)?;
+        if Spec::is_fit(&source) {
+            return Ok(Self::Fit(Box::new(check_fit::Report::of(&Spec::parse(&source)?)?)));
+        }
         if Scene::is_scene(&source) {
             return Ok(Self::Scene(check_scene::Report::of(&Scene::parse(&source)?, would_run)));
         }

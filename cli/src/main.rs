@@ -2,9 +2,11 @@
 
 mod bake;
 mod check;
+mod check_fit;
 mod check_scene;
 mod compare;
 mod eval;
+mod fit;
 mod fold;
 mod interrupt;
 mod later;
@@ -62,8 +64,8 @@ enum Command {
     Fold(Box<fold::FoldArgs>),
     /// Photographs to calibrated measurements (not built yet)
     Capture(later::LaterArgs),
-    /// Photograph pair to material (not built yet)
-    Fit(later::LaterArgs),
+    /// Photographs to a material, and how far to trust it
+    Fit(fit::FitArgs),
     /// Precomputed BRDF tables (not built yet)
     Cache(later::LaterArgs),
     /// The interactive editor (not built yet)
@@ -110,7 +112,7 @@ fn run(cli: &Cli) -> Result<u8> {
         Command::Study(_) => later::run("study")?,
         Command::Fold(args) => return fold::run(args, &cli.common),
         Command::Capture(_) => later::run("capture")?,
-        Command::Fit(_) => later::run("fit")?,
+        Command::Fit(args) => return fit::run(args, &cli.common),
         Command::Cache(_) => later::run("cache")?,
         Command::Edit(_) => later::run("edit")?,
     }

@@ -12,4 +12,20 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic"))]
 
+pub mod capture;
+pub mod cells;
+pub mod close_up;
+pub mod identify;
+pub mod indirect;
 pub mod linear;
+pub mod model;
+pub mod optimise;
+pub mod period;
+pub mod photograph;
+pub mod picture;
+pub mod recipe;
+pub mod run;
+pub mod search;
+pub mod spec;
+pub mod template;
+pub mod validate;

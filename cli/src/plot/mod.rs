@@ -1,7 +1,7 @@
 //! `biscale plot`: pictures of a material or of a baked table.
 
 mod polar;
-mod svg;
+pub mod svg;
 mod view;
 
 use crate::options::{CommonArgs, QualityArgs};
