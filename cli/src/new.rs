@@ -87,7 +87,9 @@ fn seen_from(folder: &Path, file: &Path) -> String {
     let beside = file.parent().filter(|p| !p.as_os_str().is_empty());
     let path = match beside {
         None => folder.to_path_buf(),
-        Some(beside) => folder.strip_prefix(beside).map_or_else(|_| std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf()), Path::to_path_buf),
+        Some(beside) => folder
+            .strip_prefix(beside)
+            .map_or_else(|_| std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf()), Path::to_path_buf),
     };
     path.display().to_string()
 }

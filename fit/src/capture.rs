@@ -33,7 +33,11 @@ pub fn photographs(folder: &Path, sigma: Option<f64>, notes: &mut Vec<String>) -
             "close-up" => Role::CloseUp,
             "distant" => Role::Distant,
             "validation" => Role::Validation,
-            other => return Err(bad(format!("the role \"{other}\" of {} is not known", photograph.file), "capture again with this version").into()),
+            other => {
+                return Err(
+                    bad(format!("the role \"{other}\" of {} is not known", photograph.file), "capture again with this version").into()
+                );
+            }
         };
         let Some(pose) = &photograph.pose else {
             notes.push(format!("{}: its pose is not known: it is left out", photograph.file));
@@ -51,7 +55,10 @@ pub fn photographs(folder: &Path, sigma: Option<f64>, notes: &mut Vec<String>) -
         let file = folder.join(&photograph.file);
         let image = Image::load(&file, Some(&folder.join(&photograph.mask)))?;
         if (image.width, image.height) != (camera.width, camera.height) {
-            let problem = format!("{} has {} x {} pixels, the camera {} x {}", photograph.file, image.width, image.height, camera.width, camera.height);
+            let problem = format!(
+                "{} has {} x {} pixels, the camera {} x {}",
+                photograph.file, image.width, image.height, camera.width, camera.height
+            );
             return Err(bad(problem, "capture again").into());
         }
         // A pixel's centre has whole coordinates there, and half ones here.

@@ -201,12 +201,12 @@ impl Cells {
 
     fn of(photograph: &Photograph, used: &[&Sight], groups: &BTreeMap<[i32; 4], Vec<u32>>, step: f64) -> Self {
         let value = |s: &Sight| photograph.image.rgb[s.pixel as usize].map(f64::from);
-        let mean_of = |members: &[u32], f: &dyn Fn(&Sight) -> f64| members.iter().map(|&m| f(used[m as usize])).sum::<f64>() / members.len() as f64;
+        let mean_of =
+            |members: &[u32], f: &dyn Fn(&Sight) -> f64| members.iter().map(|&m| f(used[m as usize])).sum::<f64>() / members.len() as f64;
         let mean_vector = |members: &[u32], f: &dyn Fn(&Sight) -> DVec3| {
             members.iter().map(|&m| f(used[m as usize])).sum::<DVec3>() / members.len() as f64
         };
-        let means: Vec<[f64; 3]> =
-            groups.values().map(|members| std::array::from_fn(|c| mean_of(members, &|s| value(s)[c]))).collect();
+        let means: Vec<[f64; 3]> = groups.values().map(|members| std::array::from_fn(|c| mean_of(members, &|s| value(s)[c]))).collect();
         // What pixels scatter by around the mean of their cell, as variance a + b I.
         let noise: Option<[[f64; 2]; 3]> = photograph.noise.map(|[a, b]| std::array::from_fn(|c| [a[c], b[c]]));
         let scatter: [[f64; 2]; 3] = std::array::from_fn(|c| {

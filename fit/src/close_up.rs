@@ -129,7 +129,9 @@ fn sort(pixels: &[[f64; 3]], kinds: usize, dark: f64) -> (usize, Vec<usize>) {
     if bright.len() < 8 * kinds {
         return one;
     }
-    let mean = |members: &[usize]| -> [f64; 3] { std::array::from_fn(|c| members.iter().map(|&k| chroma[k][c]).sum::<f64>() / members.len() as f64) };
+    let mean = |members: &[usize]| -> [f64; 3] {
+        std::array::from_fn(|c| members.iter().map(|&k| chroma[k][c]).sum::<f64>() / members.len() as f64)
+    };
     // The first centre is the farthest from the mean of all: highlights, between the colours, are no good start.
     let mut centres: Vec<[f64; 3]> = vec![mean(&bright)];
     for _ in 0..kinds {
@@ -157,7 +159,8 @@ fn sort(pixels: &[[f64; 3]], kinds: usize, dark: f64) -> (usize, Vec<usize>) {
     }
     let apart = (0..kinds).flat_map(|a| (0..a).map(move |b| (a, b))).map(|(a, b)| distance(centres[a], centres[b]));
     let apart = apart.fold(f64::INFINITY, f64::min);
-    let spread = bright.iter().map(|&k| distance(chroma[k], centres[nearest(chroma[k], &centres)]).powi(2)).sum::<f64>() / bright.len() as f64;
+    let spread =
+        bright.iter().map(|&k| distance(chroma[k], centres[nearest(chroma[k], &centres)]).powi(2)).sum::<f64>() / bright.len() as f64;
     if apart < LEAST_DISTANCE || apart < LEAST_SEPARATION * spread.sqrt() {
         return one;
     }
@@ -181,7 +184,8 @@ fn choices(kinds: &[Kind], colours: &[[f64; 3]]) -> Vec<Vec<usize>> {
     let mut all: Vec<(f64, Vec<usize>)> = permutations(n)
         .into_iter()
         .map(|choice| {
-            let cost = (0..n).map(|k| distance(chromaticity(kinds[k].colour), chromaticity(colours[choice[k]])).powi(2)).sum::<f64>().sqrt();
+            let cost =
+                (0..n).map(|k| distance(chromaticity(kinds[k].colour), chromaticity(colours[choice[k]])).powi(2)).sum::<f64>().sqrt();
             (cost, choice)
         })
         .collect();
@@ -195,7 +199,16 @@ fn permutations(n: usize) -> Vec<Vec<usize>> {
         return vec![Vec::new()];
     }
     let shorter = permutations(n - 1);
-    shorter.iter().flat_map(|p| (0..n).map(move |at| { let mut q = p.clone(); q.insert(at, n - 1); q })).collect()
+    shorter
+        .iter()
+        .flat_map(|p| {
+            (0..n).map(move |at| {
+                let mut q = p.clone();
+                q.insert(at, n - 1);
+                q
+            })
+        })
+        .collect()
 }
 
 #[cfg(test)]

@@ -243,10 +243,12 @@ pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives:
         .collect();
     // What lies on a bound of its own does not answer to the others.
     let held: Vec<bool> = (0..total)
-        .map(|i| i.checked_sub(n).is_some_and(|k| {
-            let [low, high] = model.unknowns[k].bounds;
-            best.linear[k] <= low + 1e-12 * (1.0 + low.abs()) || best.linear[k] >= high - 1e-12 * (1.0 + high.abs())
-        }))
+        .map(|i| {
+            i.checked_sub(n).is_some_and(|k| {
+                let [low, high] = model.unknowns[k].bounds;
+                best.linear[k] <= low + 1e-12 * (1.0 + low.abs()) || best.linear[k] >= high - 1e-12 * (1.0 + high.abs())
+            })
+        })
         .collect();
     let count: f64 = best.rows.iter().map(|(row, _)| row.weight).sum::<f64>() + best.fixed.len() as f64;
     let chi2 = derivatives.residuals.iter().map(|r| r * r).sum::<f64>() / count.max(1.0);
@@ -372,7 +374,8 @@ pub fn profiles(
         let mut least = if value == point[held] { best.objective } else { f64::INFINITY };
         let mut step = value - point[held];
         for _ in 0..PROFILE_STEPS {
-            let weighted: Vec<f64> = residuals(&now).iter().enumerate().map(|(k, r)| r * best.rows.get(k).map_or(1.0, |(row, _)| row.weight).sqrt()).collect();
+            let weighted: Vec<f64> =
+                residuals(&now).iter().enumerate().map(|(k, r)| r * best.rows.get(k).map_or(1.0, |(row, _)| row.weight).sqrt()).collect();
             let Some(answer) = derivatives.answer(held, step, &weighted) else { break };
             for (i, u) in at.iter_mut().enumerate() {
                 *u = (*u + answer[i]).clamp(0.0, 1.0);

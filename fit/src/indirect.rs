@@ -64,7 +64,9 @@ pub fn indirect(
         indirect.close_up = of(of_cells, 1.0 / pair.wo.z);
         // Each kind gets as much of it as of all light: what shines on it is what its neighbours send.
         let all: [f64; 3] = std::array::from_fn(|c| close_up.kinds.iter().map(|k| k.light[c]).sum());
-        let share = |k: &crate::close_up::Kind| std::array::from_fn(|c| if all[c] > 0.0 { indirect.close_up[c] * k.light[c] / all[c] } else { 0.0 });
+        let share = |k: &crate::close_up::Kind| {
+            std::array::from_fn(|c| if all[c] > 0.0 { indirect.close_up[c] * k.light[c] / all[c] } else { 0.0 })
+        };
         indirect.kinds = close_up.kinds.iter().map(share).collect();
     }
     Ok(indirect)

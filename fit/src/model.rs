@@ -100,6 +100,9 @@ pub struct Row {
     pub weight: f64,
 }
 
+/// Rows with their origins, and residuals that do not depend on the unknowns.
+type Equations = (Vec<(Row, Origin)>, Vec<f64>);
+
 /// Where a row comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
@@ -365,7 +368,7 @@ impl<'a> Model<'a> {
     }
 
     /// The equations of a state, and the residuals that are none.
-    fn rows(&self, state: &State, small: &SmallScale, control: &Control<'_>) -> Result<(Vec<(Row, Origin)>, Vec<f64>)> {
+    fn rows(&self, state: &State, small: &SmallScale, control: &Control<'_>) -> Result<Equations> {
         let mut pairs: Vec<Pair> = Vec::new();
         for (cells, light) in self.photographs.iter().zip(&state.lights) {
             pairs.extend(cells.pairs(*light));
@@ -399,7 +402,10 @@ impl<'a> Model<'a> {
                     if let Some(veil) = self.unknowns.iter().position(|u| u.kind == UnknownKind::Veil(p, c)) {
                         terms.push((veil, 1.0));
                     }
-                    rows.push((Row { terms, known, value: cell.mean[c], sigma: cell.sigma[c], weight: cell.weight }, Origin::Cell(p, k, c)));
+                    rows.push((
+                        Row { terms, known, value: cell.mean[c], sigma: cell.sigma[c], weight: cell.weight },
+                        Origin::Cell(p, k, c),
+                    ));
                 }
             }
             first += cells.cells.len();
@@ -413,7 +419,15 @@ impl<'a> Model<'a> {
     }
 
     /// Coefficients of the unknowns in the light that a pair reflects, and what is known of it; of one surface only, or of all.
-    fn terms(&self, shares: &Shares, pair: usize, channel: usize, scale: f64, small: &SmallScale, only: Option<usize>) -> (Vec<(usize, f64)>, f64) {
+    fn terms(
+        &self,
+        shares: &Shares,
+        pair: usize,
+        channel: usize,
+        scale: f64,
+        small: &SmallScale,
+        only: Option<usize>,
+    ) -> (Vec<(usize, f64)>, f64) {
         let (mut terms, mut known) = (Vec::new(), 0.0);
         for (slot, s) in self.slots.iter().zip(&shares.s) {
             if only.is_some_and(|surface| surface != slot.surface) {
@@ -503,9 +517,7 @@ pub struct State {
 
 /// All colours that light is proportional to.
 pub fn slots(surfaces: &[Surface]) -> Vec<Slot> {
-    let of = |(surface, s): (usize, &Surface)| {
-        Slot::of(&s.brdf).iter().map(move |&colour| Slot { surface, colour }).collect::<Vec<_>>()
-    };
+    let of = |(surface, s): (usize, &Surface)| Slot::of(&s.brdf).iter().map(move |&colour| Slot { surface, colour }).collect::<Vec<_>>();
     surfaces.iter().enumerate().flat_map(of).collect()
 }
 
@@ -514,7 +526,9 @@ pub fn colour_of(small: &SmallScale, slot: Slot) -> [f64; 3] {
     let surface = &small.surfaces[slot.surface];
     match (&surface.brdf, slot.colour) {
         (Brdf::Lambert { albedo }, _) => *albedo,
-        (Brdf::BlinnPhong { diffuse, .. } | Brdf::CookTorrance { diffuse, .. } | Brdf::Ward { diffuse, .. }, SlotColour::Diffuse) => *diffuse,
+        (Brdf::BlinnPhong { diffuse, .. } | Brdf::CookTorrance { diffuse, .. } | Brdf::Ward { diffuse, .. }, SlotColour::Diffuse) => {
+            *diffuse
+        }
         (Brdf::BlinnPhong { specular, .. } | Brdf::CookTorrance { specular, .. } | Brdf::Ward { specular, .. }, _) => *specular,
         (Brdf::Measured(_), _) => match surface.tint {
             Tint::Uniform(tint) => tint,

@@ -4,8 +4,8 @@
 //! with. All come from the crate `basin`. A point that cannot be evaluated is infinitely bad.
 
 use basin::{
-    Bobyqa, BoundedCmaEs, BoxBounds, ConstraintDescription, ConstraintSet, ConstraintSolveError, Constraints, CostFunction, DenseMatrix, Executor,
-    NelderMead, PointState, PopulationProgress, SimplexProgress, StepOutcome,
+    Bobyqa, BoundedCmaEs, BoxBounds, ConstraintDescription, ConstraintSet, ConstraintSolveError, Constraints, CostFunction, DenseMatrix,
+    Executor, NelderMead, PointState, PopulationProgress, SimplexProgress, StepOutcome,
 };
 use biscale::error::{Error, Result};
 use serde::Serialize;

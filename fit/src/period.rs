@@ -152,7 +152,7 @@ impl Straight {
     /// Correlation of the picture with itself, shifted by pixels along x (0) or y (1).
     fn agreement(&self, axis: usize, shift: usize) -> f64 {
         let (dx, dy) = if axis == 0 { (shift, 0) } else { (0, shift) };
-        let mut pairs = Vec::new();
+        let mut pairs: Vec<([f32; 3], [f32; 3])> = Vec::new();
         for row in 0..self.height - dy {
             for column in 0..self.width - dx {
                 let (a, b) = (self.rgb[row * self.width + column], self.rgb[(row + dy) * self.width + column + dx]);
@@ -164,8 +164,8 @@ impl Straight {
         let n = pairs.len() as f64;
         let (mut product, mut energy) = (0.0, [0.0; 2]);
         for c in 0..3 {
-            let mean = |f: &dyn Fn(&([f32; 3], [f32; 3])) -> f32| pairs.iter().map(|p| f64::from(f(p))).sum::<f64>() / n.max(1.0);
-            let (ma, mb) = (mean(&|p| p.0[c]), mean(&|p| p.1[c]));
+            let mean = |values: &mut dyn Iterator<Item = f32>| values.map(f64::from).sum::<f64>() / n.max(1.0);
+            let (ma, mb) = (mean(&mut pairs.iter().map(|p| p.0[c])), mean(&mut pairs.iter().map(|p| p.1[c])));
             for (a, b) in &pairs {
                 let (a, b) = (f64::from(a[c]) - ma, f64::from(b[c]) - mb);
                 product += a * b;

@@ -28,7 +28,13 @@ pub struct Picture {
 ///
 /// # Errors
 /// Those of the filter.
-pub fn render(photograph: &Photograph, (material, small): (&Material, &SmallScale), opaque: bool, veil: [f64; 3], control: &Control<'_>) -> Result<Picture> {
+pub fn render(
+    photograph: &Photograph,
+    (material, small): (&Material, &SmallScale),
+    opaque: bool,
+    veil: [f64; 3],
+    control: &Control<'_>,
+) -> Result<Picture> {
     let scene = scene_of(photograph, material, small);
     let world = World::opaque(&scene);
     let sights = sights(&world, photograph);
@@ -51,8 +57,7 @@ pub fn render(photograph: &Photograph, (material, small): (&Material, &SmallScal
     let shaded = if lit.is_empty() {
         view.behind.clone()
     } else {
-        let probes: Vec<(Vec3, Vec3)> =
-            lit.iter().step_by(lit.len().div_ceil(PROBES)).map(|s| (s.wi.as_vec3(), s.wo.as_vec3())).collect();
+        let probes: Vec<(Vec3, Vec3)> = lit.iter().step_by(lit.len().div_ceil(PROBES)).map(|s| (s.wi.as_vec3(), s.wo.as_vec3())).collect();
         let quality = Quality { tolerance: TOLERANCE, ..Quality::default() };
         let plan = Plan::find(small, opaque, &probes, &quality, control)?;
         let grid = biscale::effective::grid::HemisphereGrid::new(plan.rings);

@@ -72,7 +72,9 @@ impl Recipe {
     fn tables(&self) -> Vec<&dyn TableLike> {
         match self.document.get("surface") {
             Some(Item::ArrayOfTables(tables)) => tables.iter().map(|t| t as &dyn TableLike).collect(),
-            Some(Item::Value(v)) => v.as_array().into_iter().flatten().filter_map(|v| v.as_inline_table()).map(|t| t as &dyn TableLike).collect(),
+            Some(Item::Value(v)) => {
+                v.as_array().into_iter().flatten().filter_map(|v| v.as_inline_table()).map(|t| t as &dyn TableLike).collect()
+            }
             _ => Vec::new(),
         }
     }
@@ -168,9 +170,10 @@ impl Recipe {
                 // A mesh's own period is in the lengths of its file, which `scale` scales.
                 Value::Pair { unit: Unit::Length, .. } if kind != "mesh" => {
                     let Some(table) = self.table(&place) else { continue };
-                    let pair: Option<Vec<f64>> = table.get(param.key).and_then(Item::as_array).map(|a| {
-                        a.iter().filter_map(|v| v.as_float().or_else(|| v.as_integer().map(|i| i as f64))).collect()
-                    });
+                    let pair: Option<Vec<f64>> = table
+                        .get(param.key)
+                        .and_then(Item::as_array)
+                        .map(|a| a.iter().filter_map(|v| v.as_float().or_else(|| v.as_integer().map(|i| i as f64))).collect());
                     if let Some([x, y]) = pair.as_deref() {
                         let mut array = Array::new();
                         array.extend([x * factor, y * factor]);
@@ -245,7 +248,8 @@ mod tests {
 
     #[test]
     fn a_key_that_names_nothing_is_told() {
-        for (key, word) in [("depth", "geometry.KEY"), ("surface.flour.brdf.albedo", "`floor`"), ("surface.floor.model", "names no number")] {
+        for (key, word) in [("depth", "geometry.KEY"), ("surface.flour.brdf.albedo", "`floor`"), ("surface.floor.model", "names no number")]
+        {
             let bad = recipe().place(key).unwrap_err();
             assert!(format!("{} {}", bad.problem, bad.remedy).contains(word), "{key}: {bad:?}");
         }

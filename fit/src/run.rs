@@ -218,7 +218,12 @@ pub fn survey(spec: &Spec, control: &Control<'_>) -> Result<Survey> {
     let prepared = Prepared::new(spec, control)?;
     let unknowns = model::unknowns(spec, prepared.distant.len());
     Ok(Survey {
-        distant: prepared.distant.iter().zip(&prepared.fine).map(|(p, c)| (p.file.display().to_string(), c.pixels, c.cells.len())).collect(),
+        distant: prepared
+            .distant
+            .iter()
+            .zip(&prepared.fine)
+            .map(|(p, c)| (p.file.display().to_string(), c.pixels, c.cells.len()))
+            .collect(),
         variables: model::variables(spec).iter().map(|v| v.name(spec, &unknowns)).collect(),
         unknowns: unknowns.into_iter().map(|u| u.name).collect(),
         close_up: prepared.close_up,
@@ -250,7 +255,9 @@ impl<'a> Prepared<'a> {
         let close_up = spec.of_role(Role::CloseUp).next().map(|p| CloseUp::new(p, &look(p, spec, &start), &start, &colours));
         match &close_up {
             Some(found) => notes.extend(found.notes.iter().map(|n| format!("close-up: {n}"))),
-            None => notes.push("there is no close-up: from afar cover times colour is all that shows, and single colours are not to be trusted".to_owned()),
+            None => notes.push(
+                "there is no close-up: from afar cover times colour is all that shows, and single colours are not to be trusted".to_owned(),
+            ),
         }
         Ok(Self { spec, distant, coarse, fine, close_up, opaque, start, notes })
     }
@@ -346,7 +353,14 @@ struct Searched {
 
 impl Search<'_> {
     /// The model of one start.
-    fn model<'m>(&'m self, cells: &'m [Cells], samples: u32, start: &Start, indirect: Option<&'m Indirect>, choices: &'m [Vec<usize>]) -> Result<Model<'m>> {
+    fn model<'m>(
+        &'m self,
+        cells: &'m [Cells],
+        samples: u32,
+        start: &Start,
+        indirect: Option<&'m Indirect>,
+        choices: &'m [Vec<usize>],
+    ) -> Result<Model<'m>> {
         model_of(self.prepared, self.options, cells, samples, start, indirect, &choices[start.choice])
     }
 
@@ -362,7 +376,15 @@ impl Search<'_> {
     }
 
     /// One stage of some starts; the best first.
-    fn stage(&self, stage: Stage, cells: &[Cells], samples: u32, starts: &[Start], indirect: Option<&Indirect>, choices: &[Vec<usize>]) -> Result<Vec<Start>> {
+    fn stage(
+        &self,
+        stage: Stage,
+        cells: &[Cells],
+        samples: u32,
+        starts: &[Start],
+        indirect: Option<&Indirect>,
+        choices: &[Vec<usize>],
+    ) -> Result<Vec<Start>> {
         let dimensions = starts.first().map_or(0, |s| s.point.len());
         let (limits, confirm) = self.limits(stage, dimensions);
         self.shared.begin_stage(starts.len() * limits.evaluations * 2 / 3);
@@ -379,7 +401,8 @@ impl Search<'_> {
         let Self { prepared, options, shared } = *self;
         let choices = prepared.choices();
         let count = if model::variables(prepared.spec).is_empty() && !options.joint { 1 } else { options.starts.max(choices.len()) };
-        let blank = Start { number: 0, point: Vec::new(), objective: f64::INFINITY, evaluations: 0, converged: false, restarts: 0, choice: 0 };
+        let blank =
+            Start { number: 0, point: Vec::new(), objective: f64::INFINITY, evaluations: 0, converged: false, restarts: 0, choice: 0 };
         let own = self.model(&prepared.coarse, COARSE.samples, &blank, None, &choices)?;
         let mut starts: Vec<Start> = (search::starts(&own, count, options.seed).into_iter().enumerate())
             .map(|(number, point)| Start { number, point, choice: number % choices.len(), ..blank.clone() })
@@ -445,7 +468,8 @@ impl Search<'_> {
         let recipe = recipe_of(prepared.spec, &state, &model.unknowns, &evaluated.linear);
         let small = recipe.material()?.build()?;
         let close_up = prepared.close_up.as_ref();
-        let found = indirect(&small, &prepared.fine, &state.lights, close_up, (prepared.spec.bounces, self.options.seed), self.shared.control)?;
+        let found =
+            indirect(&small, &prepared.fine, &state.lights, close_up, (prepared.spec.bounces, self.options.seed), self.shared.control)?;
         Ok(Some(found))
     }
 }
@@ -531,7 +555,11 @@ fn finish(prepared: &Prepared<'_>, options: &Options, shared: &Shared<'_>, found
         shared.deadline.filter(|&d| (shared.control.clock)() >= d).map(|_| Early::TimeLimit)
     };
     let report = |stage: &str, share: f64| (shared.control.progress)(stage, 0.8 + 0.2 * share);
-    let control = &Control { cancel: if early == Some(Early::Interrupted) { &never } else { shared.control.cancel }, progress: &|_, _| {}, clock: shared.control.clock };
+    let control = &Control {
+        cancel: if early == Some(Early::Interrupted) { &never } else { shared.control.cancel },
+        progress: &|_, _| {},
+        clock: shared.control.clock,
+    };
     let spec = prepared.spec;
     let Searched { starts, refined, indirect } = found;
     let choices = prepared.choices();
@@ -544,7 +572,10 @@ fn finish(prepared: &Prepared<'_>, options: &Options, shared: &Shared<'_>, found
     let model = model_of(prepared, &solved, &prepared.fine, POLISH_SAMPLES, best, indirect.as_ref(), &choices[best.choice])?;
     let Some(evaluated) = model.evaluate(&best.point, control)? else {
         let why = "no point of the bounds makes a surface";
-        return Err(biscale::BadInput::new(why, "widen the bounds, or change the start material").in_file(&spec.source.path).at_field("parameter").into());
+        return Err(biscale::BadInput::new(why, "widen the bounds, or change the start material")
+            .in_file(&spec.source.path)
+            .at_field("parameter")
+            .into());
     };
     let mut identified = Identified::default();
     let mut profiles = Vec::new();
@@ -586,7 +617,17 @@ fn finish(prepared: &Prepared<'_>, options: &Options, shared: &Shared<'_>, found
                 continue;
             }
         };
-        validations.push(validate_one(prepared, (&material, &small), photograph, cells, &compared, training, veil(&model.unknowns, &evaluated.linear, 0), options.seed, control)?);
+        validations.push(validate_one(
+            prepared,
+            (&material, &small),
+            photograph,
+            cells,
+            &compared,
+            training,
+            veil(&model.unknowns, &evaluated.linear, 0),
+            options.seed,
+            control,
+        )?);
     }
     watch.lap("pictures");
     let several = several(prepared, options, &starts[..refined], &choices)?;
@@ -595,7 +636,11 @@ fn finish(prepared: &Prepared<'_>, options: &Options, shared: &Shared<'_>, found
     }
     for known in &identified.known {
         if known.not_identified {
-            notes.push(format!("{} is not identified: its standard deviation is {:.0} % of its range", known.name, 100.0 * known.sigma / known.range.max(f64::MIN_POSITIVE)));
+            notes.push(format!(
+                "{} is not identified: its standard deviation is {:.0} % of its range",
+                known.name,
+                100.0 * known.sigma / known.range.max(f64::MIN_POSITIVE)
+            ));
         } else if known.at_bound && known.kind == "parameter" {
             notes.push(format!("{} lies on a bound", known.name));
         }
@@ -604,7 +649,11 @@ fn finish(prepared: &Prepared<'_>, options: &Options, shared: &Shared<'_>, found
     report("report", 1.0);
     let variables = model::variables(spec);
     Ok(Outcome {
-        coordinates: if options.joint { coordinates(&model, true) } else { variables.iter().map(|v| v.name(spec, &model.unknowns)).collect() },
+        coordinates: if options.joint {
+            coordinates(&model, true)
+        } else {
+            variables.iter().map(|v| v.name(spec, &model.unknowns)).collect()
+        },
         best: best.point.clone(),
         recipe,
         identified,
@@ -776,7 +825,11 @@ fn several(prepared: &Prepared<'_>, options: &Options, refined: &[Start], choice
         .into_iter()
         .map(|start| {
             let model = model_of(prepared, options, &prepared.fine, COARSE.samples, start, None, &choices[start.choice])?;
-            let named = model.variables.iter().zip(&start.point).map(|(v, &u)| (v.name(model.spec, &model.unknowns), v.at(model.spec, &model.unknowns, u)));
+            let named = model
+                .variables
+                .iter()
+                .zip(&start.point)
+                .map(|(v, &u)| (v.name(model.spec, &model.unknowns), v.at(model.spec, &model.unknowns, u)));
             Ok(named.collect())
         })
         .collect()

@@ -95,7 +95,12 @@ pub struct Shared<'a> {
 
 impl<'a> Shared<'a> {
     /// Nothing evaluated yet.
-    pub fn new(control: &'a Control<'a>, deadline: Option<f64>, memory: &'a Memory, better: &'a (dyn Fn(&Entry, &Model<'_>) + Sync)) -> Self {
+    pub fn new(
+        control: &'a Control<'a>,
+        deadline: Option<f64>,
+        memory: &'a Memory,
+        better: &'a (dyn Fn(&Entry, &Model<'_>) + Sync),
+    ) -> Self {
         let (trace, best) = (Mutex::new(Vec::new()), Mutex::new(f64::INFINITY));
         Self { control, deadline, memory, trace, expected: AtomicUsize::new(1), better, best }
     }

@@ -162,7 +162,20 @@ impl Spec {
         if let Some(table) = shared.object {
             Object::read_bare(table)?;
         }
-        let spec = Self { source: source.clone(), name, recipe, material_file, material, parameters, colours, photographs, veil, bounces, scale_to_close_up, notes };
+        let spec = Self {
+            source: source.clone(),
+            name,
+            recipe,
+            material_file,
+            material,
+            parameters,
+            colours,
+            photographs,
+            veil,
+            bounces,
+            scale_to_close_up,
+            notes,
+        };
         spec.check(&top)?;
         top.finish()?;
         Ok(spec)
@@ -186,7 +199,8 @@ impl Spec {
             return Err(top.error_at("parameter", problem, format!("at most {MAX_PARAMETERS} are possible")));
         }
         let mut places: Vec<(&str, &Place)> = self.parameters.iter().map(|p| (&*p.key, &p.place)).collect();
-        places.extend(self.parameters.iter().flat_map(|p| p.same.iter().chain(p.rest.as_ref().map(|r| &r.0)).map(|place| (&*p.key, place))));
+        places
+            .extend(self.parameters.iter().flat_map(|p| p.same.iter().chain(p.rest.as_ref().map(|r| &r.0)).map(|place| (&*p.key, place))));
         places.extend(self.colours.iter().map(|c| (&*c.key, &c.place)));
         for (k, (key, place)) in places.iter().enumerate() {
             if places[..k].iter().any(|(_, p)| p == place) {
@@ -242,7 +256,8 @@ impl<'a> Shared<'a> {
         };
         let image = Image::load(&file, mask.as_deref())?;
         if (image.width, image.height) != (camera.width, camera.height) {
-            let problem = format!("the photograph has {} x {} pixels, its camera {} x {}", image.width, image.height, camera.width, camera.height);
+            let problem =
+                format!("the photograph has {} x {} pixels, its camera {} x {}", image.width, image.height, camera.width, camera.height);
             return Err(table.error_at("image", problem, "write the photograph's own width and height"));
         }
         table.finish()?;
@@ -271,7 +286,11 @@ impl Parameter {
         }
         let log = table.bool("log")?.unwrap_or(false);
         if log && bounds[0] <= 0.0 {
-            return Err(table.error_at("bounds", "a number that moves by factors must stay over 0", "raise the lower bound, or remove `log`"));
+            return Err(table.error_at(
+                "bounds",
+                "a number that moves by factors must stay over 0",
+                "raise the lower bound, or remove `log`",
+            ));
         }
         let written = recipe.number(&place);
         let start = table.f64("start", NUMBER)?.or(written).unwrap_or(0.5 * (bounds[0] + bounds[1]));
@@ -303,7 +322,11 @@ impl Parameter {
         }
         same.iter().for_each(|p| trial.set(p, start));
         if let Err(error) = trial.material() {
-            return Err(table.error_at("key", format!("with {start} there the material is refused: {error}"), "see `docs/geometry.md` and `docs/brdf.md`"));
+            return Err(table.error_at(
+                "key",
+                format!("with {start} there the material is refused: {error}"),
+                "see `docs/geometry.md` and `docs/brdf.md`",
+            ));
         }
         table.finish()?;
         Ok(Self { key, place, start, bounds, log, prior, same, rest })
@@ -324,7 +347,9 @@ impl Colour {
                 match (&**key, brdf) {
                     ("albedo", Brdf::Lambert { .. }) => (*surface, SlotColour::Diffuse),
                     ("diffuse", Brdf::BlinnPhong { .. } | Brdf::CookTorrance { .. } | Brdf::Ward { .. }) => (*surface, SlotColour::Diffuse),
-                    ("specular", Brdf::BlinnPhong { .. } | Brdf::CookTorrance { .. } | Brdf::Ward { .. }) => (*surface, SlotColour::Specular),
+                    ("specular", Brdf::BlinnPhong { .. } | Brdf::CookTorrance { .. } | Brdf::Ward { .. }) => {
+                        (*surface, SlotColour::Specular)
+                    }
                     _ => return Err(none("its model has no such colour")),
                 }
             }

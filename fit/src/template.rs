@@ -143,7 +143,9 @@ mod tests {
         let material = Material::parse(&source).unwrap();
         let found = moves(&material.geometry, &mut crate::recipe::Recipe::new(&source).unwrap());
         let width = found.iter().find(|m| m.0 == "warp_width").unwrap();
-        assert!(width.1[0] < 0.42 && width.1[1] > 0.42 && width.2.is_some_and(|(key, sum)| key == "warp_gap" && (sum - 0.504).abs() < 1e-9));
+        assert!(
+            width.1[0] < 0.42 && width.1[1] > 0.42 && width.2.is_some_and(|(key, sum)| key == "warp_gap" && (sum - 0.504).abs() < 1e-9)
+        );
         assert!(found.iter().any(|m| m.0 == "warp_height") && !found.iter().any(|m| m.0 == "warp_gap"), "{found:?}");
     }
 }

@@ -91,8 +91,7 @@ pub fn mean_delta_e_itp(photograph: &Photograph, picture: &Picture, used: &[u32]
     };
     let white = irradiance.iter().sum::<f64>() / 3.0 / std::f64::consts::PI;
     let scaled = |rgb: [f32; 3]| rgb.map(|v| f64::from(v).max(0.0) / white.max(f64::MIN_POSITIVE) * WHITE);
-    let sum: f64 =
-        used.iter().map(|&p| delta_e_itp(scaled(photograph.image.rgb[p as usize]), scaled(picture.rgb[p as usize]))).sum();
+    let sum: f64 = used.iter().map(|&p| delta_e_itp(scaled(photograph.image.rgb[p as usize]), scaled(picture.rgb[p as usize]))).sum();
     sum / used.len().max(1) as f64
 }
 
@@ -107,10 +106,7 @@ fn itp(rgb: [f64; 3]) -> [f64; 3] {
     let apply = |m: [[f64; 3]; 3], v: [f64; 3]| m.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2]);
     // Rec. 709 to Rec. 2020 (ITU-R BT.2087).
     let wide = apply([[0.6274, 0.3293, 0.0433], [0.0691, 0.9195, 0.0114], [0.0164, 0.0880, 0.8956]], rgb);
-    let lms = apply(
-        [[1688.0, 2146.0, 262.0], [683.0, 2951.0, 462.0], [99.0, 309.0, 3688.0]].map(|row| row.map(|v| v / 4096.0)),
-        wide,
-    );
+    let lms = apply([[1688.0, 2146.0, 262.0], [683.0, 2951.0, 462.0], [99.0, 309.0, 3688.0]].map(|row| row.map(|v| v / 4096.0)), wide);
     // The inverse of the perceptual quantiser (SMPTE ST 2084).
     let quantised = lms.map(|v| {
         let y = (v / 10_000.0).clamp(0.0, 1.0).powf(2610.0 / 16_384.0);

@@ -314,7 +314,9 @@ mod tests {
         std::fs::write(&file, serde_json::to_vec(&capture).unwrap()).unwrap();
         assert_eq!(Capture::read(folder.path()).unwrap(), capture);
         assert_eq!(Capture::read(&file).unwrap(), capture);
-        for (text, word) in [("{}", "no `format`"), ("[", "not JSON"), ("{\"format\": 2}", "format 2"), ("{\"format\": 1}", "not a capture.json")] {
+        for (text, word) in
+            [("{}", "no `format`"), ("[", "not JSON"), ("{\"format\": 2}", "format 2"), ("{\"format\": 1}", "not a capture.json")]
+        {
             std::fs::write(&file, text).unwrap();
             let message = Capture::read(folder.path()).unwrap_err().to_string();
             assert!(message.contains(word) && message.contains("biscale capture"), "{text}: {message}");

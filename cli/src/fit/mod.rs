@@ -28,8 +28,10 @@ const PATIENCE: u64 = 60;
 
 /// Arguments of `biscale fit`.
 #[derive(Args, Debug)]
-#[command(after_help = "Writes into FOLDER: material.toml, fit.json, report.html, pictures.png and evaluations.csv. Exit status 1 when the fit \
-                        fails its own checks; the files are written all the same. Ctrl-C ends the search with the best so far.")]
+#[command(
+    after_help = "Writes into FOLDER: material.toml, fit.json, report.html, pictures.png and evaluations.csv. Exit status 1 when the fit \
+                        fails its own checks; the files are written all the same. Ctrl-C ends the search with the best so far."
+)]
 pub struct FitArgs {
     /// Fit file; `biscale new fit` writes one
     fit: PathBuf,

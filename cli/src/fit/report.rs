@@ -27,8 +27,11 @@ pub fn html(spec: &Spec, options: &Options, outcome: &Outcome, compared: &[trade
         escape(&spec.name)
     );
     head(&mut page, outcome);
-    page.push_str("<h2>Photographs and fitted material</h2>\n<p>Left the photograph, in the middle the material as the same camera would see it, ");
-    let _ = writeln!(page, "right their difference times {} (black is none, yellow a third of white). Grey is left out.</p>", pictures::FACTOR);
+    page.push_str(
+        "<h2>Photographs and fitted material</h2>\n<p>Left the photograph, in the middle the material as the same camera would see it, ",
+    );
+    let _ =
+        writeln!(page, "right their difference times {} (black is none, yellow a third of white). Grey is left out.</p>", pictures::FACTOR);
     for (compared, name) in outcome.compared.iter().map(|c| (c, "fitted")).chain(outcome.validations.iter().map(|(_, c)| (c, "held out"))) {
         let png = pictures::panels(&[(&compared.photograph, &compared.picture.rgb)])?;
         let file = file_name(&compared.photograph);
@@ -55,7 +58,11 @@ pub fn html(spec: &Spec, options: &Options, outcome: &Outcome, compared: &[trade
             let _ = writeln!(
                 page,
                 "<tr><td>{}<td class=n>{}<td class=n>{}<td class=n>{:.4}<td class=n>{:.2} %<td class=n>{validation}</tr>",
-                line.what, line.evaluations, line.of_winner, line.objective, 100.0 * line.training
+                line.what,
+                line.evaluations,
+                line.of_winner,
+                line.objective,
+                100.0 * line.training
             );
         }
         page.push_str("</table>\n");
@@ -101,7 +108,13 @@ fn validation(page: &mut String, outcome: &Outcome) {
         let _ = writeln!(
             page,
             "<tr><td>{}<td>{:?}<td class=n>{:.2} %<td class=n>{:.2}<td class=n>{:.2} %<td class=n>{:.2}<td class=n>{:.0}&deg;</tr>",
-            escape(&v.photograph), v.verdict, 100.0 * v.relative_rms, v.ratio, 100.0 * v.pixel_relative_rms, v.delta_e_itp, v.angle_deg
+            escape(&v.photograph),
+            v.verdict,
+            100.0 * v.relative_rms,
+            v.ratio,
+            100.0 * v.pixel_relative_rms,
+            v.delta_e_itp,
+            v.angle_deg
         );
     }
     page.push_str("</table>\n");
@@ -158,7 +171,9 @@ fn close_up(page: &mut String, outcome: &Outcome) {
     let Some(found) = &outcome.close_up else { return };
     page.push_str("<h2>The close-up</h2>\n<table>");
     for (axis, period) in ["x", "y"].iter().zip(&found.period) {
-        let text = period.map_or("does not repeat".to_owned(), |p| format!("{} &plusmn; {} (agreement {:.2})", digits(p.length), digits(p.sigma), p.agreement));
+        let text = period.map_or("does not repeat".to_owned(), |p| {
+            format!("{} &plusmn; {} (agreement {:.2})", digits(p.length), digits(p.sigma), p.agreement)
+        });
         let _ = writeln!(page, "<tr><td>period along {axis}<td>{text}</tr>");
     }
     for (k, kind) in found.kinds.iter().enumerate() {
@@ -268,9 +283,8 @@ fn profile_plot(profile: &Profile) -> Svg {
         return svg;
     }
     let y1 = y1.max(y0 * 1.02);
-    let place = |p: &[f64; 2]| {
-        [left + (width - left - right) * (p[0] - x0) / (x1 - x0), top + (height - top - bottom) * (y1 - p[1]) / (y1 - y0)]
-    };
+    let place =
+        |p: &[f64; 2]| [left + (width - left - right) * (p[0] - x0) / (x1 - x0), top + (height - top - bottom) * (y1 - p[1]) / (y1 - y0)];
     svg.rectangle([left, top], [width - left - right, height - top - bottom], "none", GREY);
     for (value, anchor, at) in [(x0, Anchor::Start, left), (x1, Anchor::End, width - right)] {
         svg.text([at, height - bottom + 14.0], 10.0, anchor, "#444444", &digits(value));
