@@ -22,6 +22,9 @@ pub const RELATIVE_NOISE: f64 = 0.02;
 /// Directions that differ by less share what the model leaves out, radians: threads that are no ellipses, a BRDF that is not quite the
 /// right one, are wrong over a lobe and not over a cell.
 pub const CORRELATED: f64 = 0.26;
+/// Directions over which errors are averaged, radians: about nine columns of a cylinder 84 pixels wide, as where pictures of this program are
+/// compared with photographs of single threads (`docs/scenes.md`).
+pub const WINDOW: f64 = 0.11;
 /// Degrees by which the light is moved to find how a pixel's direction to it changes.
 const NUDGE_DEG: f64 = 0.05;
 /// Steps in direction that are tried, from the finest, radians.
@@ -249,6 +252,35 @@ impl Cells {
         let mean = std::array::from_fn(|c| used.iter().map(|s| value(s)[c]).sum::<f64>() / used.len() as f64);
         let members = groups.values().map(|m| m.iter().map(|&k| used[k as usize].pixel).collect()).collect();
         Self { cells, step, mean, pixels: used.len(), members }
+    }
+
+    /// How far a picture is from the photograph: `sqrt(sum n d² / sum n v²)`, where `d` is the difference and `v` the photograph's value,
+    /// both averaged over the cells within [`WINDOW`]: what single threads do to single pixels is no error of their average.
+    pub fn relative_rms(&self, predicted: &[[f64; 3]]) -> f64 {
+        let (difference, energy) = self.squares(predicted);
+        if energy > 0.0 { (difference / energy).sqrt() } else { f64::INFINITY }
+    }
+
+    /// The two sums of [`Self::relative_rms`].
+    pub fn squares(&self, predicted: &[[f64; 3]]) -> (f64, f64) {
+        let near = |a: &Cell, b: &Cell| a.wi.distance(b.wi) < WINDOW && a.wo.distance(b.wo) < WINDOW;
+        let (mut difference, mut energy) = (0.0, 0.0);
+        for a in &self.cells {
+            let (mut d, mut v, mut n) = ([0.0; 3], [0.0; 3], 0.0);
+            for (b, value) in self.cells.iter().zip(predicted).filter(|(b, _)| near(a, b)) {
+                let count = b.count as f64;
+                n += count;
+                for c in 0..3 {
+                    d[c] += count * (value[c] - b.mean[c]);
+                    v[c] += count * b.mean[c];
+                }
+            }
+            for c in 0..3 {
+                difference += a.count as f64 * (d[c] / n).powi(2);
+                energy += a.count as f64 * (v[c] / n).powi(2);
+            }
+        }
+        (difference, energy)
     }
 
     /// The pairs of the cells under a light that is turned by these degrees of azimuth and elevation.

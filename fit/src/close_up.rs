@@ -1,11 +1,13 @@
 //! What the close-up says: the period, and for each surface how much of the picture it takes up and how much light it sends.
 //!
 //! From afar a dark thread that is wide looks as a bright one that is narrow: cover times colour is all that shows. The close-up takes them apart.
-//! Its pixels are sorted by colour into as many kinds as the material has surfaces. Of each kind two numbers are used, and each has its
+//! Its pixels are sorted by colour into as many kinds as the material has surfaces. Of each kind three things are used, and each has its
 //! counterpart in the small-scale surface seen under the same pair of directions:
 //!
 //! - the *cover*: its share of the picture where it is lit, against the area that both light and viewer see;
-//! - the *light*: the sum of its radiance over all pixels of the picture, against the share of `S` that comes from that surface.
+//! - the *light*: the sum of its radiance over all pixels of the picture, against the share of `S` that comes from that surface;
+//! - its *tones*: the mean radiance of its darkest fifth, of its next one, and so on, against those of its facets. They tell gloss from
+//!   diffuse light, and round threads from flat ones.
 
 use crate::cells::Sight;
 use crate::period::{Period, Straight};
@@ -18,13 +20,17 @@ use serde::Serialize;
 /// Most surfaces that are told apart by colour.
 const MOST_KINDS: usize = 4;
 /// Pixels darker than this share of the bright ones (the 90th percentile) are in shadow, or show gaps: their colour says little.
-const DARK: f64 = 0.08;
+pub const DARK: f64 = 0.08;
 /// Least distance of the kinds' chromaticities.
 const LEAST_DISTANCE: f64 = 0.03;
 /// The same, in standard deviations of the kinds' pixels around their own: one broad spread of colours, cut in two, has 3.5.
 const LEAST_SEPARATION: f64 = 4.5;
 /// A choice of surfaces for the kinds is taken when the next best is at least this factor worse.
 const CLEARLY: f64 = 1.3;
+/// Shares of a kind's pixels, by brightness, at which its tones begin and end. The darkest ones lie at the edges of shadows, which pixels blur.
+pub const TONES: [f64; 6] = [0.1, 0.3, 0.5, 0.7, 0.9, 0.99];
+/// Least pixels of a kind for its tones.
+const LEAST_PIXELS: usize = 200;
 /// Rounds of the sorting.
 const ROUNDS: usize = 30;
 
@@ -60,6 +66,8 @@ pub struct Kind {
     pub light: [f64; 3],
     /// Mean radiance of its pixels that are not dark.
     pub colour: [f64; 3],
+    /// Mean radiance of its pixels that are not dark, sorted by brightness, from each of [`TONES`] to the next; none where they are few.
+    pub tones: Vec<[f64; 3]>,
 }
 
 impl CloseUp {
@@ -170,12 +178,33 @@ fn sort(pixels: &[[f64; 3]], kinds: usize, dark: f64) -> (usize, Vec<usize>) {
 fn kind(pixels: &[[f64; 3]], labels: &[usize], kind: usize, dark: f64) -> Kind {
     let n = pixels.len() as f64;
     let own = || pixels.iter().zip(labels).filter(|(_, l)| **l == kind).map(|(p, _)| *p);
-    let lit: Vec<[f64; 3]> = own().filter(|p| p.iter().sum::<f64>() > dark).collect();
+    let mut lit: Vec<[f64; 3]> = own().filter(|p| p.iter().sum::<f64>() > dark).collect();
+    lit.sort_by(|a, b| a.iter().sum::<f64>().total_cmp(&b.iter().sum::<f64>()));
+    let tones = if lit.len() < LEAST_PIXELS { Vec::new() } else { tones(lit.iter().map(|&p| (1.0, p))) };
     Kind {
         cover: lit.len() as f64 / n,
         light: std::array::from_fn(|c| own().map(|p| p[c]).sum::<f64>() / n),
         colour: std::array::from_fn(|c| lit.iter().map(|p| p[c]).sum::<f64>() / (lit.len() as f64).max(1.0)),
+        tones,
     }
+}
+
+/// Means between the shares [`TONES`] of a list that is sorted by brightness, each with its area.
+pub fn tones(sorted: impl Iterator<Item = (f64, [f64; 3])> + Clone) -> Vec<[f64; 3]> {
+    let total: f64 = sorted.clone().map(|(area, _)| area).sum();
+    let mut sums = vec![([0.0; 3], 0.0); TONES.len() - 1];
+    let mut begun = 0.0;
+    for (area, value) in sorted {
+        let (from, to) = (begun / total, (begun + area) / total);
+        for (sum, range) in sums.iter_mut().zip(TONES.windows(2)) {
+            // What of this one lies in that share.
+            let part = (to.min(range[1]) - from.max(range[0])).max(0.0);
+            (0..3).for_each(|c| sum.0[c] += part * value[c]);
+            sum.1 += part;
+        }
+        begun += area;
+    }
+    sums.into_iter().map(|(sum, part)| sum.map(|v| if part > 0.0 { v / part } else { 0.0 })).collect()
 }
 
 /// Which surface each kind may be, by the chromaticities that the start material has.
@@ -242,8 +271,23 @@ mod tests {
     }
 
     #[test]
+    fn tones_are_means_of_shares_however_the_areas_are_cut() {
+        let value = |x: f64| [x, 2.0 * x, 0.0];
+        let fine: Vec<(f64, [f64; 3])> = (0..1000).map(|k| (1.0, value((f64::from(k) + 0.5) / 1000.0))).collect();
+        for (tone, range) in tones(fine.iter().copied()).iter().zip(TONES.windows(2)) {
+            assert!(
+                (tone[0] - 0.5 * (range[0] + range[1])).abs() < 1e-9 && (tone[1] - 2.0 * tone[0]).abs() < 1e-12,
+                "{tone:?} in {range:?}"
+            );
+        }
+        let coarse = [(3.0, value(0.25)), (1.0, value(0.75))];
+        assert_eq!(tones(coarse.into_iter())[0], value(0.25));
+        assert_eq!(tones(coarse.into_iter())[4], value(0.75));
+    }
+
+    #[test]
     fn kinds_go_to_the_surfaces_of_their_colour_and_to_any_where_these_are_alike() {
-        let kind = |colour| Kind { cover: 0.5, light: [0.0; 3], colour };
+        let kind = |colour| Kind { cover: 0.5, light: [0.0; 3], colour, tones: Vec::new() };
         let kinds = [kind([0.5, 0.1, 0.1]), kind([0.1, 0.1, 0.5])];
         assert_eq!(choices(&kinds, &[[0.2, 0.2, 0.6], [0.6, 0.2, 0.2]]), [vec![1, 0]]);
         assert_eq!(choices(&kinds, &[[0.4; 3], [0.4; 3]]).len(), 2);

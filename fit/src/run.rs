@@ -4,7 +4,7 @@ use crate::cells::{Cells, Sight, scene_of, sights, turned};
 use crate::close_up::CloseUp;
 use crate::identify::{self, Identified, Profile};
 use crate::indirect::indirect;
-use crate::model::{self, Evaluated, Indirect, Level, Model, State, Unknown, UnknownKind};
+use crate::model::{self, Indirect, Level, Model, State, Unknown, UnknownKind};
 use crate::optimise::{Limits, Optimiser};
 use crate::photograph::{Photograph, Role};
 use crate::picture::{self, Picture};
@@ -14,6 +14,7 @@ use crate::spec::Spec;
 use crate::validate::{self, Validation, verdict};
 use biscale::error::{Error, Result};
 use biscale::filter::Control;
+use biscale::filter::frozen::{Frozen, Slot};
 use biscale::geometry::{Geometry, Tile};
 use biscale::material::{Material, SmallScale};
 use biscale::render::coverage::Coverage;
@@ -165,17 +166,13 @@ impl Better<'_> {
     pub fn picture(&self, photograph: usize, control: &Control<'_>) -> Result<Option<Vec<[f32; 3]>>> {
         let Some(evaluated) = self.model.evaluate(self.point, control)? else { return Ok(None) };
         let image = &self.photographs[photograph].image;
+        let cells = &self.model.photographs[photograph];
         let mut rgb = vec![[f32::NAN; 3]; image.rgb.len()];
-        for (row, origin) in &evaluated.rows {
-            if let model::Origin::Cell(p, cell, c) = *origin
-                && p == photograph
-            {
-                let value = evaluated.residual(row) * row.sigma + row.value;
-                for &pixel in &self.model.photographs[p].members[cell] {
-                    #[expect(clippy::cast_possible_truncation, reason = "pictures are in f32")]
-                    {
-                        rgb[pixel as usize][c] = value as f32;
-                    }
+        for (members, value) in cells.members.iter().zip(evaluated.predicted(photograph, cells)) {
+            for &pixel in members {
+                #[expect(clippy::cast_possible_truncation, reason = "pictures are in f32")]
+                {
+                    rgb[pixel as usize] = value.map(|v| v as f32);
                 }
             }
         }
@@ -283,7 +280,6 @@ fn is_opaque(material: &Material, tile: &Tile, control: &Control<'_>) -> Result<
 
 /// What one surface looks like on the whole: its colours added up.
 fn surface_colour(small: &SmallScale, surface: usize) -> [f64; 3] {
-    use biscale::filter::frozen::Slot;
     let mut sum = [0.0; 3];
     for &colour in Slot::of(&small.surfaces[surface].brdf) {
         let c = model::colour_of(small, Slot { surface, colour });
@@ -361,7 +357,7 @@ impl Search<'_> {
         indirect: Option<&'m Indirect>,
         choices: &'m [Vec<usize>],
     ) -> Result<Model<'m>> {
-        model_of(self.prepared, self.options, cells, samples, start, indirect, &choices[start.choice])
+        model_of(self.prepared, self.options, cells, samples, start, indirect, &choices[start.choice], self.shared.control)
     }
 
     fn limits(&self, stage: Stage, dimensions: usize) -> (Limits, f64) {
@@ -487,12 +483,13 @@ fn model_of<'m>(
     start: &Start,
     indirect: Option<&'m Indirect>,
     choice: &'m [usize],
+    control: &Control<'_>,
 ) -> Result<Model<'m>> {
     let spec = prepared.spec;
     #[expect(clippy::cast_possible_truncation, reason = "all of the seed is used")]
     let seed = biscale::low_discrepancy::hash_64(options.seed ^ (start.number as u64) << 32) as u32;
     let close_up = prepared.close_up.as_ref();
-    let at = |values: &[f64]| Model::new(spec, cells, close_up, choice, indirect, samples, seed, values, prepared.opaque);
+    let at = |values: &[f64]| Model::new(spec, cells, close_up, choice, indirect, samples, seed, values, prepared.opaque, control);
     let own: Vec<f64> = spec.parameters.iter().map(|p| p.start).collect();
     let mut model = at(&own)?;
     if options.joint {
@@ -569,7 +566,7 @@ fn finish(prepared: &Prepared<'_>, options: &Options, shared: &Shared<'_>, found
     let solved = Options { joint: false, ..options.clone() };
     let projected = |start: &Start| Start { point: start.point[..model::variables(spec).len()].to_vec(), ..start.clone() };
     let best = &projected(best);
-    let model = model_of(prepared, &solved, &prepared.fine, POLISH_SAMPLES, best, indirect.as_ref(), &choices[best.choice])?;
+    let model = model_of(prepared, &solved, &prepared.fine, POLISH_SAMPLES, best, indirect.as_ref(), &choices[best.choice], control)?;
     let Some(evaluated) = model.evaluate(&best.point, control)? else {
         let why = "no point of the bounds makes a surface";
         return Err(biscale::BadInput::new(why, "widen the bounds, or change the start material")
@@ -603,7 +600,7 @@ fn finish(prepared: &Prepared<'_>, options: &Options, shared: &Shared<'_>, found
         let mut seen = (*photograph).clone();
         seen.light = turned(&photograph.light, state.lights[k], photograph.object.middle());
         let veil = veil(&model.unknowns, &evaluated.linear, k);
-        let error = cells_error(&evaluated, &prepared.fine, k);
+        let error = prepared.fine[k].relative_rms(&evaluated.predicted(k, &prepared.fine[k]));
         let extra = indirect.as_ref().map(|i| &i.cells[k][..]);
         compared.push(compare(seen, (&material, &small), prepared.opaque, veil, &prepared.fine[k], extra, error, control)?);
     }
@@ -630,7 +627,7 @@ fn finish(prepared: &Prepared<'_>, options: &Options, shared: &Shared<'_>, found
         )?);
     }
     watch.lap("pictures");
-    let several = several(prepared, options, &starts[..refined], &choices)?;
+    let several = several(prepared, options, &starts[..refined], &choices, control)?;
     if !several.is_empty() {
         notes.push(format!("several solutions: {} other places fit as well as the best one", several.len()));
     }
@@ -708,13 +705,6 @@ fn failures(training: f64, validations: &[(Validation, Compared)], best: &Start)
     failures
 }
 
-/// Relative RMS difference over the cells of one photograph.
-fn cells_error(evaluated: &Evaluated, cells: &[Cells], photograph: usize) -> f64 {
-    let mut one = evaluated.clone();
-    one.rows.retain(|(_, origin)| matches!(origin, model::Origin::Cell(p, ..) if *p == photograph));
-    one.relative_rms(cells)
-}
-
 #[expect(clippy::too_many_arguments, reason = "what a comparison is made of")]
 fn compare(
     photograph: Photograph,
@@ -758,16 +748,8 @@ fn validate_one(
 ) -> Result<(Validation, Compared)> {
     let spec = prepared.spec;
     let extra = if spec.bounces > 0 { Some(indirect(small, &cells, &[[0.0; 2]], None, (spec.bounces, seed), control)?) } else { None };
-    let frozen = biscale::filter::frozen::Frozen::new(small, 4 * POLISH_SAMPLES, 0);
-    let predicted = predict(&frozen, small, &cells[0], prepared.opaque, extra.as_ref(), veil, control)?;
-    let (mut difference, mut energy) = (0.0, 0.0);
-    for (cell, value) in cells[0].cells.iter().zip(&predicted) {
-        for c in 0..3 {
-            difference += cell.count as f64 * (value[c] - cell.mean[c]).powi(2);
-            energy += cell.count as f64 * cell.mean[c].powi(2);
-        }
-    }
-    let relative_rms = if energy > 0.0 { (difference / energy).sqrt() } else { f64::INFINITY };
+    let predicted = predict(small, &cells[0], prepared.opaque, extra.as_ref(), veil, control)?;
+    let relative_rms = cells[0].relative_rms(&predicted);
     let own = validate::direction(photograph);
     let angle = |other: &Compared| own.angle_between(validate::direction(&other.photograph)).to_degrees();
     let angle_deg = fitted.iter().map(angle).fold(f64::INFINITY, f64::min);
@@ -788,7 +770,6 @@ fn validate_one(
 
 /// Radiance that a material shows in some cells.
 fn predict(
-    frozen: &biscale::filter::frozen::Frozen,
     small: &SmallScale,
     cells: &Cells,
     opaque: bool,
@@ -797,7 +778,9 @@ fn predict(
     control: &Control<'_>,
 ) -> Result<Vec<[f64; 3]>> {
     let slots = model::slots(&small.surfaces);
-    let shares = frozen.shares(small, &cells.pairs([0.0; 2]), &slots, control)?;
+    let pairs = cells.pairs([0.0; 2]);
+    let frozen = Frozen::new(small, 4 * POLISH_SAMPLES, 0, &pairs, control)?;
+    let shares = frozen.on(small, control)?.shares(&pairs, &slots)?;
     let value = |k: usize| {
         let cell = &cells.cells[k];
         let factor = cell.inverse_cosine * if opaque && shares.av[k] > 0.0 { cell.wo.z / shares.av[k] } else { 1.0 };
@@ -811,7 +794,13 @@ fn predict(
 }
 
 /// Other minima as good as the best one, and not near it.
-fn several(prepared: &Prepared<'_>, options: &Options, refined: &[Start], choices: &[Vec<usize>]) -> Result<Vec<Vec<(String, f64)>>> {
+fn several(
+    prepared: &Prepared<'_>,
+    options: &Options,
+    refined: &[Start],
+    choices: &[Vec<usize>],
+    control: &Control<'_>,
+) -> Result<Vec<Vec<(String, f64)>>> {
     let best = &refined[0];
     let mut found: Vec<&Start> = Vec::new();
     for start in &refined[1..] {
@@ -824,7 +813,7 @@ fn several(prepared: &Prepared<'_>, options: &Options, refined: &[Start], choice
     found
         .into_iter()
         .map(|start| {
-            let model = model_of(prepared, options, &prepared.fine, COARSE.samples, start, None, &choices[start.choice])?;
+            let model = model_of(prepared, options, &prepared.fine, COARSE.samples, start, None, &choices[start.choice], control)?;
             let named = model
                 .variables
                 .iter()

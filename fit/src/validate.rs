@@ -12,6 +12,8 @@ pub const LEAST_ANGLE_DEG: f64 = 10.0;
 pub const MOST_ERROR: f64 = 0.05;
 /// And up to this many times that of training.
 pub const MOST_RATIO: f64 = 2.0;
+/// A training error below this is one of the noise: nothing can be twice as good as what the model leaves out.
+pub const LEAST_TRAINING: f64 = crate::cells::RELATIVE_NOISE;
 /// Luminance of a white diffuse surface that faces the light, cd/m², for colour differences (reference white of ITU-R BT.2408).
 pub const WHITE: f64 = 203.0;
 
@@ -52,7 +54,7 @@ pub struct Validation {
 pub fn verdict(error: f64, training: f64, angle_deg: f64) -> Verdict {
     if angle_deg < LEAST_ANGLE_DEG {
         Verdict::Refused
-    } else if error <= MOST_ERROR && error <= MOST_RATIO * training {
+    } else if error <= MOST_ERROR && error <= MOST_RATIO * training.max(LEAST_TRAINING) {
         Verdict::Pass
     } else {
         Verdict::Fail
@@ -142,7 +144,8 @@ mod tests {
     #[test]
     fn the_verdict_needs_a_light_from_elsewhere() {
         assert_eq!(verdict(0.03, 0.02, 60.0), Verdict::Pass);
-        assert_eq!(verdict(0.03, 0.01, 60.0), Verdict::Fail);
+        assert_eq!(verdict(0.045, 0.01, 60.0), Verdict::Fail);
+        assert_eq!(verdict(0.03, 0.005, 60.0), Verdict::Pass);
         assert_eq!(verdict(0.06, 0.05, 60.0), Verdict::Fail);
         assert_eq!(verdict(0.01, 0.01, 9.0), Verdict::Refused);
         assert_eq!(verdict(f64::NAN, 0.01, 60.0), Verdict::Fail);

@@ -23,8 +23,15 @@ pub struct Frozen {
 impl Frozen {
     /// Draws `samples` samples, a power of two from 64, in proportion to area.
     pub fn new(small: &SmallScale, samples: u32, seed: u32) -> Self {
+        Self::with_importance(small, samples, seed, &[1.0])
+    }
+
+    /// The same, in proportion to area times `importance`: one positive number for each of as many stretches of equal area, in the order of
+    /// [`Facets::along`].
+    pub fn with_importance(small: &SmallScale, samples: u32, seed: u32, importance: &[f64]) -> Self {
         let surface = Surface::new(small, None);
-        let facets = sample(small, &surface, &Density::uniform(&surface), Runs::of_block(0, samples, 0, 1), seed);
+        let density = Density::uniform(&surface).weighted(importance);
+        let facets = sample(small, &surface, &density, Runs::of_block(0, samples, 0, 1), seed);
         let place = |(&t, &p): (&u32, &DVec3)| if t == NO_TRIANGLE { [0.0; 3] } else { barycentric(surface.corners(t as usize), p) };
         let barycentric = facets.triangle.iter().zip(&facets.position).map(place).collect();
         Self { surface, surface_of_triangle: small.surface_of_triangle.clone(), facets, barycentric }
