@@ -27,8 +27,9 @@ const LEAST_DISTANCE: f64 = 0.03;
 const LEAST_SEPARATION: f64 = 4.5;
 /// A choice of surfaces for the kinds is taken when the next best is at least this factor worse.
 const CLEARLY: f64 = 1.3;
-/// Shares of a kind's pixels, by brightness, at which its tones begin and end. The darkest ones lie at the edges of shadows, which pixels blur.
-pub const TONES: [f64; 6] = [0.1, 0.3, 0.5, 0.7, 0.9, 0.99];
+/// Shares of a kind's pixels, by brightness, at which its tones begin and end. The darkest ones lie at the
+/// edges of threads and shadows, where a pixel shows something else as well; the brightest ones may be clipped.
+pub const TONES: [f64; 6] = [0.25, 0.4, 0.55, 0.7, 0.85, 0.97];
 /// Least pixels of a kind for its tones.
 const LEAST_PIXELS: usize = 200;
 /// Rounds of the sorting.

@@ -152,6 +152,21 @@ impl Derivatives {
         gram
     }
 
+    /// The least-squares step of all unknowns, shortened by a damping that is a share of the diagonal (Marquardt 1963).
+    pub fn step(&self, damping: f64) -> Option<Vec<f64>> {
+        let n = self.rows.first().map_or(0, Vec::len);
+        let (mut gram, mut rhs) = (self.gram(&vec![1.0; n], |_| true), vec![0.0; n]);
+        for (row, r) in self.rows.iter().zip(&self.residuals) {
+            for (sum, a) in rhs.iter_mut().zip(row) {
+                *sum -= a * r;
+            }
+        }
+        for i in 0..n {
+            gram[i * n + i] += damping * gram[i * n + i] + 1e-9;
+        }
+        Some(cholesky_solve(&cholesky(&gram, n)?, &rhs))
+    }
+
     /// The least-squares step of all unknowns but `held` that answers to a step of that one.
     pub fn answer(&self, held: usize, step: f64, residuals: &[f64]) -> Option<Vec<f64>> {
         let n = self.rows.first().map_or(0, Vec::len);
@@ -267,6 +282,9 @@ pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives:
         }
         inverse(&gram, total)
     };
+    if total == 0 {
+        return Identified { chi2, condition: 1.0, residuals: count, ..Identified::default() };
+    }
     let has_close_up = derivatives.close_up.contains(&true);
     let Some(with) = covariance(&|_| true) else { return Identified { chi2, condition: f64::INFINITY, ..Identified::default() } };
     let without = if has_close_up { covariance(&|k| !derivatives.close_up[k]) } else { None };

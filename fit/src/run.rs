@@ -442,6 +442,10 @@ impl Search<'_> {
             if polished[0].objective.is_finite() {
                 refined[0] = polished[0].clone();
             }
+            if !options.joint && !refined[0].point.is_empty() {
+                let model = self.model(&prepared.fine, POLISH_SAMPLES, &refined[0], indirect.as_ref(), &choices)?;
+                refined[0] = search::newton(&model, &refined[0], options.effort.cost[1], shared)?;
+            }
             watch.lap("polish");
         }
         let count = refined.len();
