@@ -9,20 +9,23 @@ CARGO := CARGO_NET_OFFLINE=true cargo
 .PHONY: help demo test bench
 
 help:
-	@echo "make demo    the sample materials as plots, tables and rendered pictures, into the folder demo"
+	@echo "make demo    the sample materials as plots, tables and rendered pictures, into the folder demo; a made-up shoot captured, where OpenCV is"
 	@echo "make test    format, lints and all tests"
 	@echo "make bench   benchmarks: CPU and wall seconds"
 
 demo:
 	@scripts/setup.sh
-	$(CARGO) build --release --locked --package biscale-cli
-	scripts/demo.sh target/release/biscale demo
+	@capture=; \
+	if scripts/setup.sh capture; then capture="--features capture"; else echo "without biscale capture: OpenCV cannot be installed here" >&2; fi; \
+	$(CARGO) build --release --locked --package biscale-cli $$capture && \
+	{ [ -z "$$capture" ] || $(CARGO) run --release --locked --package biscale-capture --example shoot -- target/demo-shoot; } && \
+	scripts/demo.sh target/release/biscale demo $${capture:+target/demo-shoot}
 
 test:
 	@scripts/setup.sh test
 	$(CARGO) fmt --all --check
-	$(CARGO) clippy --workspace --all-targets --locked -- -D warnings
-	$(CARGO) test --workspace --locked
+	$(CARGO) clippy --workspace --all-targets --locked --features biscale-cli/capture -- -D warnings
+	$(CARGO) test --workspace --locked --features biscale-cli/capture
 
 bench:
 	@scripts/setup.sh

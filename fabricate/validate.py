@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Checks folding patterns with other people's geometry: solids and exact polygon booleans of the Manifold library.
 
-usage: validate.py PATTERN.fold ... [--design-volume MM3]
+usage: validate.py PATTERN.fold|STRIPS.svg ... [--design-volume MM3]
 
 Reads FOLD files that `biscale fold` wrote (any program's, where it has foldAngles), folds them up from their flat form and their
 angles alone, and checks:
@@ -13,13 +13,20 @@ angles alone, and checks:
 - the volume between the surface and its base (a surface with a border), or inside it (a closed one), refolded, is that of the
   design, where the file or --design-volume tells it, to 1e-6.
 
+Of the strips of a weave (SVG; of `OUT-1.svg` the pages that follow are read too) it checks that they are rectangles that lie apart on
+their pages (booleans again), that at each crossing just one of the two strips lies over, that strips are as long between crossings as
+one bend that all of their direction share, and that the woven strips, laid along these bends and thickened to solids, do not meet.
+
 Exit status: 0 all is well; 1 something is wrong (said on standard error); 2 bad input.
 """
 
 import argparse
 import json
+import re
 import sys
+import xml.etree.ElementTree as ElementTree
 from collections import defaultdict
+from pathlib import Path
 
 import numpy as np
 from manifold3d import CrossSection, FillRule, Manifold, Mesh
@@ -209,6 +216,148 @@ def check(path, design_volume):
     return wrong, figures
 
 
+def read_strips(path):
+    """Strips of all pages by name: page, polygon (mm, y up), place in the cloth, crossings in their order."""
+    pages = [path]
+    if path.stem.endswith("-1"):
+        k = 2
+        while (page := path.with_name(f"{path.stem[:-2]}-{k}{path.suffix}")).exists():
+            pages.append(page)
+            k += 1
+    strips, wrong = {}, []
+    for number, page in enumerate(pages):
+        root = ElementTree.parse(page).getroot()
+        height = float(root.get("viewBox").split()[3])
+        for node in root.iter("{http://www.w3.org/2000/svg}polygon"):
+            points = [[float(v) for v in pair.split(",")] for pair in node.get("points").split()]
+            polygon = np.array([[x, height - y] for x, y in points])
+            if node.get("data-strip"):
+                name = node.get("data-strip")
+                if name in strips:
+                    wrong.append(f"{name} stands twice")
+                strips[name] = {"page": number, "polygon": polygon, "at": float(node.get("data-at")), "crossings": []}
+            elif node.get("data-crossing"):
+                strip = strips[node.get("data-of")]
+                along = strip["polygon"][1] - strip["polygon"][0]
+                middle = float((polygon.mean(0) - strip["polygon"][0]) @ along / np.linalg.norm(along))
+                strip["crossings"].append((middle, node.get("data-over") == "1", float(node.get("data-at"))))
+    if not strips:
+        raise ValueError("no strips in the file")
+    return strips, wrong
+
+
+def bend_length(amplitude, distance):
+    """Length of amplitude * cos(pi x / distance) from 0 to distance (Simpson's rule)."""
+    x = np.linspace(0, 1, 513)
+    slope = amplitude * np.pi / distance * np.sin(np.pi * x)
+    weights = np.ones(513)
+    weights[1:-1:2], weights[2:-1:2] = 4, 2
+    return distance / 3 / 512 * float(weights @ np.sqrt(1 + slope**2))
+
+
+def amplitude_of(length, distance):
+    """The amplitude of a bend of a length, by bisection."""
+    low, high = 0.0, length
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if bend_length(middle, distance) > length else (middle, high)
+    return 0.5 * (low + high)
+
+
+def ribbon(strip, width, amplitude, warp):
+    """A woven strip as a solid: along its crossings, a cosine where it changes sides."""
+    path = []
+    for (_, over, at), following in zip(strip["crossings"], strip["crossings"][1:] + [None]):
+        z = amplitude if over else -amplitude
+        path.append((at, z))
+        if following and following[1] != over:
+            for t in np.linspace(0, 1, 18)[1:-1]:
+                path.append((at + t * (following[2] - at), z * np.cos(np.pi * t)))
+    w, h = 0.5 * width, 0.5 * THICKNESS
+    points, faces = [], []
+    for k, (along, z) in enumerate(path):
+        for a, b in [(w, -h), (w, h), (-w, h), (-w, -h)]:
+            across = strip["at"] + a
+            points.append((across, along, z + b) if warp else (along, across, z + b))
+        if k:
+            for j in range(4):
+                a, b, c, d = 4 * k - 4 + j, 4 * k + j, 4 * k + (j + 1) % 4, 4 * k - 4 + (j + 1) % 4
+                faces += [(a, b, c), (a, c, d)] if warp else [(a, c, b), (a, d, c)]
+    last = len(points) - 4
+    ends = [(0, 1, 2), (0, 2, 3), (last, last + 2, last + 1), (last, last + 3, last + 2)]
+    faces += ends if warp else [(a, c, b) for a, b, c in ends]
+    return Manifold(Mesh(vert_properties=np.array(points, np.float32), tri_verts=np.array(faces, np.uint32)))
+
+
+def check_strips(path):
+    """Returns what is wrong with the strips of a weave, and a line of figures."""
+    strips, wrong = read_strips(Path(path))
+    overlap = 0.0
+    for page in {s["page"] for s in strips.values()}:
+        polygons = [s["polygon"] for s in strips.values() if s["page"] == page]
+        areas = [abs(CrossSection([p], FillRule.NonZero).area()) for p in polygons]
+        overlap = max(overlap, sum(areas) - CrossSection(polygons, FillRule.NonZero).area())
+    if overlap > OVERLAP:
+        wrong.append(f"strips on a page overlap by {overlap:.4f} mm2")
+    for name, s in strips.items():
+        sides = np.roll(s["polygon"], -1, 0) - s["polygon"]
+        if max(abs(float(sides[k] @ sides[(k + 1) % 4])) for k in range(4)) > 1e-4:
+            wrong.append(f"{name} is no rectangle")
+
+    def direction(kind):
+        found = {int(m.group(1)): s for name, s in strips.items() if (m := re.fullmatch(kind + r"-(\d+)", name))}
+        if sorted(found) != list(range(1, len(found) + 1)) or not found:
+            raise ValueError(f"the {kind} strips are not numbered from 1")
+        return [found[k] for k in sorted(found)]
+
+    warps, wefts = direction("warp"), direction("weft")
+    for kind, own, crossed in [("warp", warps, wefts), ("weft", wefts, warps)]:
+        for k, s in enumerate(own):
+            if len(s["crossings"]) != len(crossed):
+                raise ValueError(f"{kind} {k + 1} has {len(s['crossings'])} crossings for {len(crossed)} strips")
+            off = max(abs(c[2] - other["at"]) for c, other in zip(s["crossings"], crossed))
+            if off > 1e-4:
+                wrong.append(f"{kind} {k + 1} crosses {off:.4f} mm from where the other strip lies")
+    both = sum(warps[i]["crossings"][j][1] == wefts[j]["crossings"][i][1] for i in range(len(warps)) for j in range(len(wefts)))
+    if both:
+        wrong.append(f"at {both} crossings both strips lie over or both under")
+    amplitudes = []
+    for kind, own in [("warp", warps), ("weft", wefts)]:
+        heights = []
+        for k, s in enumerate(own):
+            for (here, over, at), (there, after, to) in zip(s["crossings"], s["crossings"][1:]):
+                length, distance = there - here, to - at
+                if over == after:
+                    if abs(length - distance) > 1e-4:
+                        wrong.append(f"{kind} {k + 1} is {length:.4f} mm long where it floats over {distance:.4f}")
+                elif length <= distance:
+                    wrong.append(f"{kind} {k + 1} has no length to bend with")
+                else:
+                    heights.append(amplitude_of(length, distance))
+        if heights and max(heights) - min(heights) > 1e-3:
+            wrong.append(f"the bends of the {kind} strips are {min(heights):.4f} to {max(heights):.4f} mm high, not alike")
+        amplitudes.append(float(np.mean(heights)) if heights else 0.0)
+    meeting, pairs, bad = 0, 0, 0
+    if not wrong:
+        width = lambda s: float(np.linalg.norm(s["polygon"][2] - s["polygon"][1]))  # noqa: E731
+        solids = [[ribbon(s, width(s), a, warp) for s in own] for own, a, warp in [(warps, amplitudes[0], True), (wefts, amplitudes[1], False)]]
+        # One strip of a direction has no crossing to be laid along.
+        bad = sum(s.is_empty() or s.volume() <= 0 for own, other in zip(solids, [wefts, warps]) if len(other) > 1 for s in own)
+        for a in solids[0]:
+            for b in solids[1]:
+                pairs += 1
+                meeting += (a ^ b).volume() > SOLID_OVERLAP
+        if bad:
+            wrong.append(f"{bad} woven strips make no manifold solid")
+        if meeting:
+            wrong.append(f"{meeting} pairs of woven strips go through each other")
+    figures = (
+        f"{len(warps)} warp and {len(wefts)} weft strips, {len(warps) * len(wefts)} crossings, {both} impossible, overlap {overlap:.1e} mm2, "
+        f"bends {amplitudes[0]:.3f} and {amplitudes[1]:.3f} mm high, {pairs} pairs of solids, {meeting} meeting"
+    )
+    return wrong, figures
+
+
 def near(a, b):
     """Whether two facets share a corner, to a micrometre or so (a glued edge may gape by rounding)."""
     if a & b:
@@ -224,8 +373,9 @@ def main():
     status = 0
     for path in arguments.pattern:
         try:
-            wrong, figures = check(path, arguments.design_volume)
-        except (OSError, ValueError, KeyError, IndexError, TypeError) as error:
+            strips = Path(path).suffix.lower() == ".svg"
+            wrong, figures = check_strips(path) if strips else check(path, arguments.design_volume)
+        except (OSError, ValueError, KeyError, IndexError, TypeError, AttributeError, ElementTree.ParseError) as error:
             print(f"{path}: cannot be read: {error!r}", file=sys.stderr)
             return 2
         print(f"{path}: {figures}")

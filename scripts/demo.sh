@@ -1,10 +1,11 @@
 #!/bin/sh
 # The sample materials as pictures, tables, values and rendered scenes, in one folder with a page that shows them.
 #
-# usage: scripts/demo.sh BISCALE FOLDER
+# usage: scripts/demo.sh BISCALE FOLDER [SHOOT_FOLDER]     with photographs to capture
 set -eu
 biscale=$1
 folder=$2
+shoot=${3:-}
 mkdir -p "$folder"
 
 # Relative RMS error of the plots, of the baked table and of the rendered pictures. The program's own default, .005, is for use; these are for looking at.
@@ -68,6 +69,14 @@ for scene in samples/scenes/*.toml; do
     "$biscale" render "$scene" -o "$folder/$name.png" --tolerance $render_tolerance
     echo "<img class=\"scene\" src=\"$name.png\" alt=\"$name\" title=\"$(html "$what")\">" >>"$part"
 done
+if [ -n "$shoot" ]; then
+    echo "--- A made-up shoot captured"
+    "$biscale" capture "$shoot/shoot.toml" -o "$folder/captured"
+    cat >>"$part" <<'HTML'
+<h2>Photographs in, measurements out</h2>
+<p>A made-up shoot of a twill on a board: <code>biscale capture target/demo-shoot/shoot.toml -o demo/captured</code> wrote <a href="captured/report.html">this report</a>.</p>
+HTML
+fi
 echo '</html>' >>"$part"
 mv "$part" "$page"
 echo "--- done: open $(cd "$folder" && pwd)/index.html"

@@ -2,7 +2,8 @@
 # Everything that building needs, on a Debian-like machine: a C compiler (the linker of Rust programs) and a C++ one, a Rust toolchain, the
 # crates of Cargo.lock. What is there is left alone; when all is there, nothing is asked of the network.
 #
-# usage: scripts/setup.sh [test]     with "test" also rustfmt, clippy, pdftoppm and what fabricate/validate.py uses
+# usage: scripts/setup.sh [test|capture]     "test": also rustfmt, clippy, pdftoppm, what fabricate/validate.py uses, and OpenCV;
+#                                            "capture": OpenCV, which `biscale capture` is built with
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -77,6 +78,19 @@ if ! cargo fetch --locked --offline --target "$host" >/dev/null 2>&1; then
     [ -e /etc/ssl/certs/ca-certificates.crt ] || ! command -v apt-get >/dev/null || install ca-certificates
     cargo fetch --locked --target "$host" || fail "cannot fetch the crates; connect to the network once, later runs work without"
 fi
+
+# --- OpenCV with its contrib modules, and what makes its bindings ------------------------------------------------------------------
+
+case ${1:-} in
+    test | capture)
+        has_opencv() {
+            command -v clang >/dev/null && command -v pkg-config >/dev/null && pkg-config --exists opencv4 &&
+                [ -e "$(pkg-config --variable=includedir opencv4)/opencv2/mcc.hpp" ]
+        }
+        has_opencv || install libopencv-dev clang libclang-dev pkg-config
+        has_opencv || fail "OpenCV 4 with its contrib modules (aruco, mcc) is not there; see the messages above"
+        ;;
+esac
 
 # --- what the tests of folding patterns use: a Python with the Manifold library, in a folder of its own ----------------------
 

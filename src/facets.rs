@@ -12,6 +12,9 @@
 //!   stored side by side: lane `l` of the sums belongs to set `l mod 8`, and neighbouring lanes see nearly the same.
 
 pub mod frozen;
+mod random;
+
+pub use random::random;
 
 use crate::clusters::{Cluster, clusters};
 use crate::low_discrepancy::{fraction, sobol_2d};
@@ -360,6 +363,39 @@ pub fn sample(small: &SmallScale, surface: &Surface, density: &Density, runs: Ru
             facets.push(small, surface, None);
         }
         facets.ranges.push(start..facets.triangle.len());
+    }
+    facets
+}
+
+/// Facets at places that a caller chose: how far along the area of `density`, and across the triangle found there, each in 0..1. Their sets
+/// mean nothing.
+pub(crate) fn at_places(small: &SmallScale, surface: &Surface, density: &Density, places: &[[f64; 2]]) -> Facets {
+    let mut samples: Vec<Sample> = places
+        .iter()
+        .map(|&[first, second]| {
+            let (triangle, along, weight, place) = density.locate(first);
+            let barycentric = surface.barycentric(triangle, along, second);
+            #[expect(clippy::cast_possible_truncation, reason = "triangles are counted in u32")]
+            let triangle = triangle as u32;
+            Sample { triangle, barycentric, weight, place }
+        })
+        .collect();
+    samples.sort_by(|a, b| a.place.total_cmp(&b.place));
+    let mut facets = Facets { samples: samples.len(), ..Facets::default() };
+    facets.tint = small.surfaces.iter().any(|s| matches!(s.tint, Tint::Image(_))).then(Default::default);
+    let mut rest = &samples[..];
+    for g in (0..).take(surface.groups.len()) {
+        let start = facets.triangle.len();
+        // Triangles are sorted by group.
+        let (mine, others) = rest.split_at(rest.partition_point(|s| surface.group[s.triangle as usize] <= g));
+        for sample in mine {
+            facets.push(small, surface, Some(sample));
+        }
+        while !facets.triangle.len().is_multiple_of(ALIGNMENT) {
+            facets.push(small, surface, None);
+        }
+        facets.ranges.push(start..facets.triangle.len());
+        rest = others;
     }
     facets
 }

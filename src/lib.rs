@@ -34,6 +34,7 @@ pub mod low_rank;
 pub mod material;
 pub mod render;
 mod simd;
+pub mod study;
 pub mod toml_reader;
 pub mod visibility;
 

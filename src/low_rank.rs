@@ -177,6 +177,15 @@ pub fn factor(matrix: &Rows<'_>, params: &Params, check: &dyn Fn() -> Result<()>
     })
 }
 
+/// How often [`factor`] will call `check`.
+pub fn checks(matrix: &Rows<'_>, params: &Params) -> usize {
+    let passes = match params.iteration {
+        Iteration::None => 2,
+        Iteration::One => 4,
+    };
+    passes * blocks(matrix).len().div_ceil(BLOCKS_AT_ONCE)
+}
+
 /// Fewest of the powers, largest first, whose sum reaches `wanted`; none of those up to `least`, which are rounding.
 fn rank_of(power: &[f64], wanted: f64, least: f64) -> usize {
     let mut sum = 0.0;

@@ -120,6 +120,18 @@ pub fn spread_directions(count: usize, theta_deg: f64) -> Vec<DVec3> {
     (0..count).map(direction).collect()
 }
 
+/// `count` pairs that are uniform in projected solid angle: an additive recurrence in four dimensions.
+pub fn projected_pairs(count: usize) -> Vec<Pair> {
+    /// Root of x^5 = x + 1.
+    const ROOT: f64 = 1.167_303_978_261_418_7;
+    let number = |k: usize, d: i32| (0.5 + (k + 1) as f64 * ROOT.powi(-d)).fract();
+    let direction = |square: f64, turn: f64| {
+        let (sin, cos) = (std::f64::consts::TAU * turn).sin_cos();
+        DVec3::new(cos, sin, 0.0) * square.sqrt() + DVec3::Z * (1.0 - square).sqrt()
+    };
+    (0..count).map(|k| Pair { wi: direction(number(k, 1), number(k, 2)), wo: direction(number(k, 3), number(k, 4)) }).collect()
+}
+
 /// All pairs of `directions`, the light's running fastest.
 pub fn all_pairs(directions: &[DVec3]) -> Vec<Pair> {
     directions.iter().flat_map(|&wo| directions.iter().map(move |&wi| Pair { wi, wo })).collect()

@@ -2,16 +2,19 @@
 
 use crate::check_fit;
 use crate::check_scene;
+use crate::check_shoot;
 use crate::interrupt;
 use crate::options::{CommonArgs, QualityArgs};
 use crate::output::{self, Description};
 use biscale::brdf::Brdf;
 use biscale::error::{Error, Result};
+use biscale::filter::low_rank::Variant;
 use biscale::filter::{Method, Quality};
 use biscale::geometry::Tile;
 use biscale::material::{Material, Surface, Tint};
 use biscale::render::scene::Scene;
 use biscale::toml_reader::Source;
+use biscale_capture::shoot::Shoot;
 use biscale_fit::spec::Spec;
 use clap::Args;
 use glam::DVec3;
@@ -23,7 +26,7 @@ use std::sync::atomic::Ordering;
 /// Arguments of `biscale check`.
 #[derive(Args, Debug)]
 pub struct CheckArgs {
-    /// Material, scene and fit files
+    /// Material, scene, shoot and fit files
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     #[command(flatten)]
@@ -84,6 +87,7 @@ enum AnyReport {
     Material(Box<Report>),
     Scene(check_scene::Report),
     Fit(Box<check_fit::Report>),
+    Shoot(check_shoot::Report),
 }
 
 impl fmt::Display for AnyReport {
@@ -92,6 +96,7 @@ impl fmt::Display for AnyReport {
             Self::Material(report) => report.fmt(f),
             Self::Scene(report) => report.fmt(f),
             Self::Fit(report) => report.fmt(f),
+            Self::Shoot(report) => report.fmt(f),
         }
     }
 }
@@ -104,6 +109,9 @@ impl AnyReport {
         }
         if Scene::is_scene(&source) {
             return Ok(Self::Scene(check_scene::Report::of(&Scene::parse(&source)?, would_run)));
+        }
+        if Shoot::is_shoot(&source) {
+            return Ok(Self::Shoot(check_shoot::Report::of(&Shoot::parse(&source)?)));
         }
         Ok(Self::Material(Box::new(Report::of(&Material::parse(&source)?, would_run)?)))
     }
@@ -287,7 +295,10 @@ fn memory(tile: &Tile) -> usize {
 fn would_run(quality: &Quality) -> Result<String> {
     let method = match quality.method_to_run()? {
         Method::Auto | Method::Direct => "direct",
-        Method::LowRank => "lowrank (not built yet)",
+        Method::LowRank => match quality.variant {
+            Variant::Paper => "lowrank",
+            Variant::Improved => "lowrank improved",
+        },
         Method::SphericalGaussian => "sg (not built yet)",
         Method::Reference => "reference",
     };

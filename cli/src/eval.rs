@@ -79,7 +79,7 @@ fn between_nodes(args: &EvalArgs, common: &CommonArgs, target: Option<&Target>) 
     let ms = |time: std::time::Duration| time.as_secs_f64() * 1e3;
     let stages = [("load", ms(loaded - start)), ("pairs", ms(read - loaded)), ("interpolation", ms(read.elapsed()))];
     let mut notes = args.quality.notes();
-    if args.quality.quality()? != Quality::default() {
+    if (Quality { cache: None, ..args.quality.quality()? }) != Quality::default() {
         notes.push("a baked table is evaluated as it is: options of quality do not apply to it".to_owned());
     }
     let summary = report::Summary::of_table(&table, values.len(), &stages, notes);

@@ -1,9 +1,12 @@
 //! The command `biscale`: one file a command, and what they share in `options`, `output`, `progress` and `interrupt`.
 
 mod bake;
+mod cache;
+mod capture;
 mod check;
 mod check_fit;
 mod check_scene;
+mod check_shoot;
 mod compare;
 mod eval;
 mod fit;
@@ -13,12 +16,15 @@ mod later;
 mod new;
 mod options;
 mod output;
+#[cfg(feature = "capture")]
+mod output_folder;
 mod pairs;
 mod plot;
 mod png_file;
 mod progress;
 mod render;
 mod report;
+mod study;
 
 use biscale::error::{Error, Result};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -58,16 +64,19 @@ enum Command {
     Render(render::RenderArgs),
     /// How far two images are apart: PSNR, relative RMS, FLIP
     Compare(compare::CompareArgs),
-    /// Error against time, for every method and setting (not built yet)
-    Study(later::LaterArgs),
+    /// Error against time, for every method and setting
+    Study(study::StudyArgs),
+    /// One run of a study, in a process of its own
+    #[command(hide = true)]
+    StudyRun(study::child::RunArgs),
     /// Folding pattern: sheets to print, cut, fold and glue
     Fold(Box<fold::FoldArgs>),
-    /// Photographs to calibrated measurements (not built yet)
-    Capture(later::LaterArgs),
+    /// Photographs to calibrated measurements
+    Capture(capture::CaptureArgs),
     /// Photographs to a material, and how far to trust it
     Fit(fit::FitArgs),
-    /// Precomputed BRDF tables (not built yet)
-    Cache(later::LaterArgs),
+    /// Precomputed BRDFs of the low-rank method: list or clear them
+    Cache(cache::CacheArgs),
     /// The interactive editor (not built yet)
     Edit(later::LaterArgs),
 }
@@ -109,11 +118,12 @@ fn run(cli: &Cli) -> Result<u8> {
         Command::Plot(args) => plot::run(args, &cli.common)?,
         Command::Render(args) => render::run(args, &cli.common)?,
         Command::Compare(args) => compare::run(args, &cli.common)?,
-        Command::Study(_) => later::run("study")?,
+        Command::Study(args) => study::run(args, &cli.common)?,
+        Command::StudyRun(args) => study::child::run(args, &cli.common)?,
         Command::Fold(args) => return fold::run(args, &cli.common),
-        Command::Capture(_) => later::run("capture")?,
+        Command::Capture(args) => return capture::run(args, &cli.common),
         Command::Fit(args) => return fit::run(args, &cli.common),
-        Command::Cache(_) => later::run("cache")?,
+        Command::Cache(args) => cache::run(args, &cli.common)?,
         Command::Edit(_) => later::run("edit")?,
     }
     Ok(0)

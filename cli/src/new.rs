@@ -38,7 +38,7 @@ enum Kind {
     Mesh,
     /// A scene for `render`
     Scene,
-    /// A list of photographs for `capture`; not built yet
+    /// A list of photographs for `capture`
     Shoot,
     /// The question that `fit` answers: photographs, what may move
     Fit,
@@ -47,13 +47,10 @@ enum Kind {
 /// Runs the command.
 ///
 /// # Errors
-/// Unsupported for the files of commands that are not built yet; bad input if the file exists.
+/// Bad input if the file exists, or for a folder that is no capture's; unsupported for a kind that this build lacks.
 pub fn run(args: &NewArgs, common: &CommonArgs) -> Result<()> {
     let kind = args.kind.to_possible_value().map(|v| v.get_name().to_owned()).unwrap_or_default();
     let unsupported = || Error::Unsupported { what: format!("`biscale new {kind}`"), remedy: "it is not built yet in this version".into() };
-    if matches!(args.kind, Kind::Shoot) {
-        return Err(unsupported());
-    }
     let (folder, file) = match &args.files[..] {
         [file] => (None, file),
         [folder, file] if args.kind == Kind::Fit => (Some(folder), file),
@@ -65,6 +62,7 @@ pub fn run(args: &NewArgs, common: &CommonArgs) -> Result<()> {
             Some(folder) => biscale_fit::template::for_capture(folder, &seen_from(folder, file))?,
             None => biscale_fit::template::BY_HAND.to_owned(),
         },
+        Kind::Shoot => biscale_capture::shoot::TEMPLATE.to_owned(),
         _ => biscale::geometry::template(&kind).ok_or_else(unsupported)?,
     };
     // The user edits this file: it is never recognised as ours to overwrite.

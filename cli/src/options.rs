@@ -1,6 +1,8 @@
 //! Options that several commands share, and what they mean to the library.
 
+use crate::cache;
 use biscale::error::{BadInput, Error, Result};
+use biscale::filter::low_rank::Variant;
 use biscale::filter::{Method, Quality};
 use clap::{Args, ValueEnum};
 use std::time::Duration;
@@ -27,8 +29,11 @@ pub struct QualityArgs {
     #[arg(long, value_enum, default_value_t = MethodArg::Auto)]
     pub method: MethodArg,
     /// Which form of the low-rank method
-    #[arg(long, value_enum, default_value_t = Variant::Paper)]
-    pub variant: Variant,
+    #[arg(long, value_enum, default_value_t = VariantArg::Paper)]
+    pub variant: VariantArg,
+    /// Neither use nor keep precomputed BRDFs (lowrank); see `biscale cache`
+    #[arg(long)]
+    pub no_cache: bool,
     /// Relative RMS error to stay within, from 0.000001 to 1
     #[arg(long, value_name = "ERROR", default_value_t = Quality::default().tolerance, value_parser = tolerance, allow_negative_numbers = true)]
     pub tolerance: f64,
@@ -56,7 +61,7 @@ pub enum MethodArg {
     Auto,
     /// Facets shared by all pairs, summed directly
     Direct,
-    /// Low-rank matrices (Wu et al. 2011); not built yet
+    /// Low-rank matrices (Wu et al. 2011)
     Lowrank,
     /// Spherical Gaussians (Iwasaki et al. 2012); not built yet
     Sg,
@@ -66,7 +71,7 @@ pub enum MethodArg {
 
 /// `--variant`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Variant {
+pub enum VariantArg {
     /// As published
     Paper,
     /// With this project's changes
@@ -113,12 +118,17 @@ impl QualityArgs {
             seed: self.seed,
             bounces: self.bounces,
             plan: self.plan.clone(),
+            variant: match self.variant {
+                VariantArg::Paper => Variant::Paper,
+                VariantArg::Improved => Variant::Improved,
+            },
+            cache: if self.no_cache { None } else { cache::cache() },
         })
     }
 
     /// What the user should know about options that this run does not use.
     pub fn notes(&self) -> Vec<String> {
-        if self.variant == Variant::Improved && self.method != MethodArg::Lowrank {
+        if self.variant == VariantArg::Improved && self.method != MethodArg::Lowrank {
             vec!["--variant is an option of --method lowrank; this run does not use it".to_owned()]
         } else {
             Vec::new()
@@ -127,7 +137,7 @@ impl QualityArgs {
 }
 
 /// Reads `--tolerance`.
-fn tolerance(text: &str) -> Result<f64, String> {
+pub fn tolerance(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(v) if (1e-6..=1.0).contains(&v) => Ok(v),
         Ok(_) => Err("out of range; write a number from 0.000001 to 1, such as 0.005 for half a percent".to_owned()),

@@ -18,7 +18,7 @@ static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 pub fn remove_unfinished() {
     for path in UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
         // The process ends here: there is nobody left to tell.
-        let _ = std::fs::remove_file(path);
+        let _ = if path.is_dir() { std::fs::remove_dir_all(path) } else { std::fs::remove_file(path) };
     }
 }
 
@@ -150,8 +150,16 @@ struct Unfinished {
     listed: Listed,
 }
 
-/// An entry of [`UNFINISHED`].
-struct Listed(PathBuf);
+/// An entry of [`UNFINISHED`]; it is taken off the list when this goes away.
+#[derive(Debug)]
+pub struct Listed(PathBuf);
+
+/// Lists something unfinished, to be removed by an interrupt.
+#[cfg(feature = "capture")]
+pub fn list_unfinished(path: &Path) -> Listed {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).push(path.to_path_buf());
+    Listed(path.to_path_buf())
+}
 
 impl Drop for Listed {
     fn drop(&mut self) {

@@ -1,7 +1,7 @@
 //! What a command that filtered a surface says about it: on standard error, or as part of its JSON.
 
 use biscale::effective::EffectiveBrdf;
-use biscale::filter::{self, Quality};
+use biscale::filter::{self, LowRankFacts, Quality};
 use biscale::material::{Material, SmallScale};
 use serde::{Serialize, Serializer};
 use std::fmt;
@@ -22,6 +22,9 @@ pub struct Summary<'a> {
     /// Estimated, of fbar over all pairs and channels.
     relative_rms_error: f64,
     tolerance: f64,
+    /// Matrices of the low-rank method.
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    low_rank: &'a [LowRankFacts],
     notes: Vec<String>,
 }
 
@@ -59,7 +62,8 @@ impl<'a> Summary<'a> {
                 all.push(note.clone());
             }
         }
-        if quality.budget.is_none() && quality.plan.is_none() && summary.relative_rms > quality.tolerance {
+        let told = summary.notes.iter().any(|n| n.contains("is not met"));
+        if !told && quality.budget.is_none() && quality.plan.is_none() && summary.relative_rms > quality.tolerance {
             all.push(format!("the tolerance of {} % was not reached", quality.tolerance * 100.0));
         }
         Self {
@@ -74,6 +78,7 @@ impl<'a> Summary<'a> {
             milliseconds: Stages(stages),
             relative_rms_error: summary.relative_rms,
             tolerance: quality.tolerance,
+            low_rank: &summary.low_rank,
             notes: all,
         }
     }
@@ -93,6 +98,7 @@ impl<'a> Summary<'a> {
             milliseconds: Stages(stages.to_vec()),
             relative_rms_error: about.error.relative_rms,
             tolerance: about.tolerance,
+            low_rank: &[],
             notes: about.notes.iter().cloned().chain(notes).collect(),
         }
     }
@@ -110,6 +116,17 @@ impl fmt::Display for Summary<'_> {
         write!(f, "estimated relative RMS error: {:.3} %", self.relative_rms_error * 100.0)?;
         if !self.plan.is_empty() {
             write!(f, "\nplan: {} (seed {})", self.plan, self.seed)?;
+        }
+        for m in self.low_rank {
+            let ([n_rows, n_columns], [m_rows, m_columns]) = (m.n_size, m.m_size);
+            write!(
+                f,
+                "\nsurface {}: N {n_rows} x {n_columns}, rank {} ({:.2} % of its power); ",
+                m.surface + 1,
+                m.n_rank,
+                100.0 * m.n_energy
+            )?;
+            write!(f, "M {m_rows} x {m_columns}, rank {} ({:.2} %), {:.1} MB", m.m_rank, 100.0 * m.m_energy, m.m_bytes as f64 / 1e6)?;
         }
         for note in &self.notes {
             write!(f, "\nnote: {note}")?;

@@ -21,7 +21,7 @@ pub fn order(mesh: &Mesh, pattern: &Pattern) -> Vec<usize> {
         }
     }
     let mut common = vec![std::collections::BTreeMap::<usize, f64>::new(); pattern.pieces.len()];
-    for &edge in &pattern.glued {
+    for &(edge, _) in &pattern.glued {
         if let [Some((f, _)), Some((g, _))] = mesh.edges[edge as usize].sides {
             let (a, b) = (piece_of[f as usize], piece_of[g as usize]);
             if a != b {
@@ -51,6 +51,38 @@ fn hue(k: usize) -> [u8; 3] {
     let h = (k as f64 * 0.618_033_988_75).fract() * 6.0;
     let ramp = |shift: f64| (((h + shift) % 6.0 - 3.0).abs() - 1.0).clamp(0.0, 1.0);
     srgb([ramp(0.0), ramp(4.0), ramp(2.0)].map(|v| 0.35 + 0.5 * v))
+}
+
+/// Sides of the parts that a picture is drawn in, of its size.
+const FINENESS: f64 = 30.0;
+/// Most such parts, about.
+const MOST_PARTS: f64 = 8000.0;
+
+/// A part of a facet in a picture, with which of its sides are sides of the facet.
+#[derive(Clone, Copy)]
+struct Part {
+    corners: [DVec3; 3],
+    border: [bool; 3],
+    facet: u32,
+    piece: usize,
+}
+
+impl Part {
+    /// Halves the part across its longest side until that is short enough.
+    fn cut(self, longest: f64, out: &mut Vec<Self>) {
+        let length = |k: usize| self.corners[k].distance_squared(self.corners[(k + 1) % 3]);
+        let k = if length(0) >= length(1).max(length(2)) { 0 } else { 1 + usize::from(length(2) > length(1)) };
+        if length(k) <= longest * longest {
+            out.push(self);
+            return;
+        }
+        let [a, b, c] = [k, (k + 1) % 3, (k + 2) % 3];
+        let middle = 0.5 * (self.corners[a] + self.corners[b]);
+        let [ab, bc, ca] = [a, b, c].map(|j| self.border[j]);
+        let part = |corners, border| Self { corners, border, ..self };
+        part([self.corners[a], middle, self.corners[c]], [ab, false, ca]).cut(longest, out);
+        part([middle, self.corners[b], self.corners[c]], [ab, bc, false]).cut(longest, out);
+    }
 }
 
 /// Draws the page.
@@ -91,30 +123,40 @@ fn picture(page: &mut Page, mesh: &Mesh, pattern: &Pattern, [low, high]: [DVec2;
     let (l, h) = seen.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
     let scale = ((high - low) / (h - l).max(DVec2::splat(1e-9))).min_element();
     let centre = 0.5 * (low + high) - 0.5 * (l + h) * scale;
-    let mut shown: Vec<(f64, u32, usize)> = Vec::new();
+    let facets: usize = pattern.pieces.iter().map(|p| p.facets.len()).sum();
+    if facets > MOST_DRAWN {
+        page.text(0.5 * (low + high), 4.0, format!("{facets} facets: too many to draw here"));
+        return;
+    }
+    // From the back to the front, in parts so small that none lies both before and behind another one.
+    let mut parts: Vec<Part> = Vec::new();
+    let area: f64 = mesh.facets.iter().map(|f| crate::polygon::area(&f.flat)).sum();
+    let longest = ((h - l).max_element() / FINENESS).max((2.0 * area / MOST_PARTS).sqrt());
     for (k, piece) in pattern.pieces.iter().enumerate() {
         for (f, _) in &piece.facets {
             let facet = &mesh.facets[*f as usize];
-            let depth = facet.corners.iter().map(|&c| mesh.vertices[c as usize].dot(back)).sum::<f64>() / facet.corners.len() as f64;
-            shown.push((depth, *f, k));
+            for t in &facet.fill {
+                let n = facet.corners.len() as u32;
+                let border = |j: usize| (t[j] + 1) % n == t[(j + 1) % 3];
+                let corners = t.map(|c| mesh.vertices[facet.corners[c as usize] as usize]);
+                Part { corners, border: [border(0), border(1), border(2)], facet: *f, piece: k }.cut(longest, &mut parts);
+            }
         }
     }
-    if shown.len() > MOST_DRAWN {
-        page.text(0.5 * (low + high), 4.0, format!("{} facets: too many to draw here", shown.len()));
-        return;
-    }
-    // From the back to the front.
-    shown.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    for (_, f, k) in shown {
-        let facet = &mesh.facets[f as usize];
-        let points: Vec<DVec2> = facet.corners.iter().map(|&c| centre + seen[c as usize] * scale).collect();
+    let depth = |p: &Part| p.corners.iter().map(|c| c.dot(back)).sum::<f64>();
+    parts.sort_by(|a, b| depth(a).total_cmp(&depth(b)).then(a.facet.cmp(&b.facet)));
+    for part in parts {
+        let facet = &mesh.facets[part.facet as usize];
+        let points = part.corners.map(|c| centre + project(c) * scale);
         let shade = if facet.normal.dot(back) < 0.0 { 0.45 } else { 0.62 + 0.38 * facet.normal.dot(light).max(0.0) };
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
-        let fill = hue(k).map(|c| (f64::from(c) * shade) as u8);
+        let fill = hue(pattern.pieces[part.piece].name - 1).map(|c| (f64::from(c) * shade) as u8);
         page.polygon(&points, fill);
-        page.add(Layer::Print, Mark::Line { points, closed: true, style: Style::Thin });
+        for j in (0..3).filter(|&j| part.border[j]) {
+            page.line(Layer::Print, Style::Thin, &[points[j], points[(j + 1) % 3]], false);
+        }
     }
-    for (k, piece) in pattern.pieces.iter().enumerate().take(99) {
+    for piece in pattern.pieces.iter().take(99) {
         // The number on the facet that faces the viewer most.
         let best = piece.facets.iter().max_by(|(a, _), (b, _)| {
             let shown = |f: u32| {
@@ -130,7 +172,7 @@ fn picture(page: &mut Page, mesh: &Mesh, pattern: &Pattern, [low, high]: [DVec2;
         }
         let at = facet.corners.iter().map(|&c| seen[c as usize]).sum::<DVec2>() / facet.corners.len() as f64;
         let at = centre + at * scale;
-        let text = (k + 1).to_string();
+        let text = piece.name.to_string();
         let half = DVec2::new(0.5 * text_width(&text, 3.4) + 0.5, 2.1);
         page.polygon(&[at - half, at + half * DVec2::new(1.0, -1.0), at + half, at + half * DVec2::new(-1.0, 1.0)], [255; 3]);
         page.add(Layer::Print, Mark::Text { at, size: 3.4, angle: 0.0, text, colour: BLACK, anchor: 0.5 });
@@ -139,7 +181,8 @@ fn picture(page: &mut Page, mesh: &Mesh, pattern: &Pattern, [low, high]: [DVec2;
 
 /// The pieces in their order, small, each with its number, facets and what it is glued to.
 fn list(page: &mut Page, mesh: &Mesh, pattern: &Pattern, [low, high]: [DVec2; 2]) {
-    let order = order(mesh, pattern);
+    // Copies are put together like the first one.
+    let order: Vec<usize> = order(mesh, pattern).into_iter().filter(|&k| pattern.pieces[k].copy == 1).collect();
     let shown = order.len().min(40);
     let size = high - low;
     // The fewest rows whose cells are still about as high as wide.
@@ -162,11 +205,12 @@ fn list(page: &mut Page, mesh: &Mesh, pattern: &Pattern, [low, high]: [DVec2; 2]
         let shift = corner + DVec2::new(0.5 * cell.x, 0.5 * room.y + 1.0) - 0.5 * (l + h) * scale;
         for outline in piece.outline.iter().take(1) {
             let points: Vec<DVec2> = outline.iter().map(|&p| shift + p * scale).collect();
-            page.polygon(&points, hue(k));
+            page.polygon(&points, hue(piece.name - 1));
             page.line(Layer::Print, Style::Thin, &points, true);
         }
-        let glue = piece.glue.len();
-        let text = format!("{}. piece {}: {} facets, {glue} glued edges", place + 1, k + 1, piece.facets.len());
+        let glue = piece.glue.iter().map(|g| g.number).collect::<std::collections::BTreeSet<_>>().len();
+        let times = if piece.copies > 1 { format!(" ({} times)", piece.copies) } else { String::new() };
+        let text = format!("{}. piece {}{times}: {} facets, {glue} glued edges", place + 1, piece.name, piece.facets.len());
         let size = 2.6_f64.min((cell.x - 1.0) / text_width(&text, 1.0));
         let at = corner + DVec2::new(0.5, cell.y - 2.5);
         page.add(Layer::Print, Mark::Text { at, size, angle: 0.0, text, colour: BLACK, anchor: 0.0 });

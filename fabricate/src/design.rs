@@ -17,8 +17,14 @@ pub struct Recipe {
     pub scale: f64,
     /// Whole periods in x and y; 1 x 1 for a mesh file.
     pub periods: [u32; 2],
-    /// Thickness of the paper, mm: the middle of the sheet lies half of it below the design.
+    /// Thickness of the paper, mm; with 0 folds take nothing.
     pub thickness: f64,
+    /// Inner radius of folds, mm, for what they take (see [`crate::bend`]).
+    #[serde(default)]
+    pub fold_radius: f64,
+    /// Where the paper keeps its length, from the inner side of a fold, as a share of its thickness.
+    #[serde(default)]
+    pub k_factor: f64,
     /// Most facets, if the surface was reduced.
     pub max_facets: Option<usize>,
     /// Largest slope error of the reduction, degrees, if it was reduced to that.
@@ -168,6 +174,12 @@ impl Source {
         out
     }
 
+    /// Whether some tint is an image.
+    pub fn has_image(&self) -> bool {
+        let Self::Material(m) = self else { return false };
+        m.1.surfaces.iter().any(|s| matches!(s.tint, Tint::Image(_)))
+    }
+
     /// The colour of a part of the design, linear RGB.
     pub fn colour_of_part(&self, part: u16) -> [f64; 3] {
         let Self::Material(m) = self else { return [1.0; 3] };
@@ -187,12 +199,19 @@ impl Source {
 /// What is made without `--size` and `--periods`, mm.
 pub const DEFAULT_SIZE: DVec2 = DVec2::new(120.0, 80.0);
 
-/// The printed colour of each triangle: what the surface reflects of light from above.
-fn colours(surface: &SmallScale) -> Vec<[f64; 3]> {
-    let albedo: Vec<[f64; 3]> = surface.surfaces.iter().map(|s| s.brdf.directional_albedo(DVec3::Z)).collect();
+/// What each surface reflects of light from above before its tint, as paper can show it, linear RGB.
+pub(crate) fn albedo(surface: &SmallScale) -> Vec<[f64; 3]> {
+    let mut albedo: Vec<[f64; 3]> = surface.surfaces.iter().map(|s| s.brdf.directional_albedo(DVec3::Z)).collect();
     let brightest = albedo.iter().flatten().copied().fold(0.0, f64::max);
     // Metals and measured data may reflect more than paper can: all are darkened alike then.
     let exposure = if brightest > 1.0 { 1.0 / brightest } else { 1.0 };
+    albedo.iter_mut().flatten().for_each(|a| *a *= exposure);
+    albedo
+}
+
+/// The printed colour of each triangle: what the surface reflects of light from above.
+fn colours(surface: &SmallScale) -> Vec<[f64; 3]> {
+    let albedo = albedo(surface);
     (0..surface.tile.triangles.len())
         .map(|t| {
             let s = usize::from(surface.surface_of_triangle[t]);
@@ -203,7 +222,7 @@ fn colours(surface: &SmallScale) -> Vec<[f64; 3]> {
                     image.lookup(uv).map(f64::from)
                 }
             };
-            std::array::from_fn(|c| (albedo[s][c] * exposure * tint[c]).clamp(0.0, 1.0))
+            std::array::from_fn(|c| (albedo[s][c] * tint[c]).clamp(0.0, 1.0))
         })
         .collect()
 }

@@ -2,6 +2,7 @@
 //!
 //! y points up and the origin is the page's lower left corner; writers of formats with y down turn it.
 
+use crate::paint::Picture;
 use glam::DVec2;
 
 /// What a mark is for; machines that cut read some layers and not others.
@@ -30,8 +31,10 @@ pub enum Style {
     Mountain,
     /// Valley fold: dashes.
     Valley,
-    /// White under a line on dark colours.
+    /// White under a fold line on dark colours.
     Halo,
+    /// White dashes under a cut line there.
+    CutHalo,
     /// An edge that is flat to the eye: not drawn, there for readers.
     Hidden,
     /// A line of a picture, grey.
@@ -59,6 +62,8 @@ pub enum Mark {
         /// Its look and meaning.
         style: Style,
     },
+    /// Dots.
+    Picture(Picture),
     /// A text whose middle lies at a point.
     Text {
         /// The middle.
@@ -102,6 +107,8 @@ pub const BLACK: [u8; 3] = [0; 3];
 pub const GREY: [u8; 3] = [110; 3];
 /// Width of lines, mm.
 pub const LINE_WIDTH: f64 = 0.2;
+/// Width of the white under them on dark colours, mm.
+pub const HALO_WIDTH: f64 = 0.4;
 
 impl Page {
     /// Adds a mark without attributes.

@@ -1,9 +1,10 @@
 //! From a source to a pattern: the steps in their order, and the checks between them.
 
+use crate::bend::Bend;
+use crate::copies::Copies;
 use crate::design::{Recipe, Source};
 use crate::layout::Paper;
 use crate::mesh::{Mesh, Tolerance};
-use crate::offset::offset;
 use crate::pattern::Pattern;
 use crate::simplify;
 use crate::split::split;
@@ -18,11 +19,12 @@ pub const NARROW: f64 = 5.0;
 /// Facets narrower than this are refused, mm, unless the user insists.
 pub const TOO_NARROW: f64 = 2.0;
 
-/// The surface that is folded: the design in mm, reduced, split and moved to the middle of the paper as the recipe says.
+/// The surface that is folded: the design in mm, reduced, narrowed by what folds take and split as the recipe says.
+/// Also tells whether its colours change within facets: then a [`crate::texture::Texture`] tells them.
 ///
 /// # Errors
 /// Those of [`Mesh::new`] and of the steps; no file is named, the caller adds it.
-pub fn surface(source: &Source, recipe: &Recipe) -> Result<Mesh, BadInput> {
+pub fn surface(source: &Source, recipe: &Recipe) -> Result<(Mesh, bool), BadInput> {
     let soup = source.triangles(recipe.scale, recipe.periods);
     if let Some(k) = soup.vertices.iter().position(|v| !v.is_finite()) {
         let v = soup.vertices[k];
@@ -40,11 +42,18 @@ pub fn surface(source: &Source, recipe: &Recipe) -> Result<Mesh, BadInput> {
         let problem = format!("the surface is {:.0} m large", size / 1e3);
         return Err(BadInput::new(problem, "make it smaller with --scale").at_field("--scale"));
     }
-    let (soup, mut notes) = simplify::reduce(soup, recipe)?;
+    let several = soup.colours.iter().any(|c| *c != soup.colours[0]);
+    let (mut soup, mut notes) = simplify::reduce(soup, recipe)?;
+    let textured = source.has_image() || (several && !notes.is_empty());
+    if textured {
+        // Colours are looked up on the design; they do not part facets that lie in one plane.
+        soup.colours.fill([1.0; 3]);
+    }
     let mut mesh = Mesh::new(soup, Tolerance::of_size(size))?;
     notes.append(&mut mesh.notes);
     if recipe.thickness > 0.0 {
-        mesh = offset(mesh, -0.5 * recipe.thickness)?;
+        mesh = Bend { thickness: recipe.thickness, radius: recipe.fold_radius, k: recipe.k_factor }.apply(mesh)?;
+        notes.append(&mut mesh.notes);
     }
     if let Some([w, h]) = recipe.split {
         let before = mesh.facets.len();
@@ -54,7 +63,7 @@ pub fn surface(source: &Source, recipe: &Recipe) -> Result<Mesh, BadInput> {
         }
     }
     mesh.notes = notes;
-    Ok(mesh)
+    Ok((mesh, textured))
 }
 
 /// What a person can fold: refuses facets below [`TOO_NARROW`] unless `force`, and warns of those below [`NARROW`].
@@ -119,13 +128,23 @@ pub fn room(paper: Paper, tabs: TabStyle) -> Sheet {
 /// Longest piece on a roll, mm.
 pub const ROLL_LENGTH: f64 = 2000.0;
 
-/// Unfolds a mesh.
+/// Unfolds a mesh; parts that are alike are unfolded once, unless they are `textured`: then each copy is painted in its own way.
+/// Also tells how many glued edges have no place for a tab.
 ///
 /// # Errors
 /// A facet larger than the page.
-pub fn unfold(mesh: &Mesh, sheet: Sheet, tabs: TabStyle, effort: Effort, stop: &Stop<'_>) -> Result<(Pattern, usize), BadInput> {
+pub fn unfold(
+    mesh: &Mesh,
+    textured: bool,
+    sheet: Sheet,
+    tabs: TabStyle,
+    effort: Effort,
+    stop: &Stop<'_>,
+) -> Result<(Pattern, usize), BadInput> {
     check_fit(mesh, sheet)?;
-    let problem = Problem::new(mesh, TabShapes::new(mesh, tabs), sheet);
+    let copies = if textured { Copies::none(mesh) } else { Copies::find(mesh) };
+    let problem = Problem::new(&copies.once, TabShapes::new(&copies.once, tabs), sheet);
     let net: Net<'_, '_> = search(&problem, effort, stop);
-    Ok((Pattern::new(&net), net.without_tab()))
+    let bare = net.without_tab().map(|e| copies.count(e)).sum();
+    Ok((copies.expand(mesh, Pattern::new(&net)), bare))
 }

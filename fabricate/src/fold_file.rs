@@ -16,11 +16,11 @@ pub const CREATOR: &str = "biscale fold";
 pub fn fold(mesh: &Mesh, pattern: &Pattern, pieces: &[Piece], title: &str, recipe: &Value) -> Value {
     let mut flat: Vec<DVec2> = Vec::new();
     let mut solid: Vec<u32> = Vec::new();
-    let (mut faces, mut facet_ids, mut piece_ids) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut faces, mut facet_ids, mut piece_ids, mut copy_ids) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let (mut edges, mut assignment, mut angles, mut edges_faces) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let (mut edge_ids, mut numbers) = (Vec::new(), Vec::new());
-    let number: FxHashMap<u32, usize> = pattern.glued.iter().zip(1..).map(|(&e, n)| (e, n)).collect();
-    for (p, piece) in pieces.iter().enumerate() {
+    let number: FxHashMap<u32, usize> = pattern.glued.iter().copied().collect();
+    for piece in pieces {
         let joined: FxHashMap<u32, f64> = piece.folds.iter().map(|f| (f.edge, f.angle)).collect();
         let corners = Corners::new(mesh, piece, &joined);
         let first = flat.len();
@@ -63,7 +63,8 @@ pub fn fold(mesh: &Mesh, pattern: &Pattern, pieces: &[Piece], title: &str, recip
             }
             faces.push(own);
             facet_ids.push(*f);
-            piece_ids.push(p + 1);
+            piece_ids.push(piece.name);
+            copy_ids.push(piece.copy);
         }
         debug_assert!(flat.len() > first, "a piece has facets");
     }
@@ -84,6 +85,7 @@ pub fn fold(mesh: &Mesh, pattern: &Pattern, pieces: &[Piece], title: &str, recip
         "faces_vertices": faces,
         "faces_biscale:facet": facet_ids,
         "faces_biscale:piece": piece_ids,
+        "faces_biscale:copy": copy_ids,
         "edges_biscale:edge": edge_ids,
         "edges_biscale:number": numbers,
         "biscale:recipe": recipe,

@@ -20,6 +20,15 @@ pub struct Label {
     pub angle: f64,
     /// The text.
     pub text: String,
+    /// The edge and the facet that it is the number of.
+    pub number_of: Option<(u32, u32)>,
+}
+
+impl Label {
+    /// What it covers.
+    pub fn rectangle(&self) -> Convex {
+        rectangle(self.at, DVec2::from_angle(self.angle), self.size, &self.text)
+    }
 }
 
 /// The places taken so far.
@@ -49,7 +58,7 @@ impl Labels {
 
     fn put(&mut self, at: DVec2, along: DVec2, size: f64, text: &str) {
         self.taken.push(rectangle(at, along, size, text));
-        self.placed.push(Label { at, size, angle: along.to_angle(), text: text.to_owned() });
+        self.placed.push(Label { at, size, angle: along.to_angle(), text: text.to_owned(), number_of: None });
     }
 
     /// A number along an edge, on the side of the polygon: `inside` lies to the left of `a` to `b`.
@@ -70,6 +79,13 @@ impl Labels {
         }
         self.missed += 1;
         false
+    }
+
+    /// As [`Labels::along`], for the number of an edge on the side of a facet.
+    pub fn number(&mut self, ends: [DVec2; 2], inside: &[DVec2], number: usize, (edge, facet): (u32, u32)) {
+        if self.along(ends, inside, &number.to_string(), NUMBER) {
+            self.placed.last_mut().expect("it was placed").number_of = Some((edge, facet));
+        }
     }
 
     /// A name in a polygon, where there is most place around its middle.

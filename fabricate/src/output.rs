@@ -23,7 +23,7 @@ pub enum Format {
     Png,
     /// One FOLD file.
     Fold,
-    /// One SVG a piece for Origami Simulator.
+    /// One SVG a piece for Origami Simulator; copies are written once.
     OrigamiSimulator,
     /// One DXF a page.
     Dxf,
@@ -54,7 +54,7 @@ impl Format {
     pub fn count(self, content: &Content<'_>) -> usize {
         match self {
             Self::Svg { .. } | Self::Png | Self::Dxf => content.pages.len(),
-            Self::OrigamiSimulator => content.pattern.pieces.len(),
+            Self::OrigamiSimulator => content.pattern.pieces.iter().filter(|p| p.copy == 1).count(),
             Self::Pdf | Self::Fold => 1,
         }
     }
@@ -71,7 +71,8 @@ impl Format {
             Self::Png => content.pages.iter().map(|p| pdf::png(p, PNG_SCALE)).collect(),
             Self::Dxf => Ok(content.pages.iter().map(|p| exchange::dxf(p).into_bytes()).collect()),
             Self::OrigamiSimulator => {
-                Ok(content.pattern.pieces.iter().map(|p| exchange::origami_simulator(content.mesh, p).into_bytes()).collect())
+                let once = content.pattern.pieces.iter().filter(|p| p.copy == 1);
+                Ok(once.map(|p| exchange::origami_simulator(content.mesh, p).into_bytes()).collect())
             }
             Self::Fold => {
                 let fold = fold_file::fold(content.mesh, content.pattern, content.placed, content.title, content.recipe);

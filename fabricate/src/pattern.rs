@@ -1,18 +1,17 @@
 //! The pieces of a net, ready to be drawn: outlines, tabs, folds, and which edge is glued to which.
 
 use crate::mesh::Mesh;
-use crate::random::hash;
-use crate::unfold::net::Net;
+use crate::unfold::net::{Net, Pose};
 use glam::DVec2;
 use rustc_hash::FxHashMap;
 
 /// Pieces of paper that together make the surface.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pattern {
-    /// The pieces, largest first.
+    /// The pieces, largest first, copies one after another.
     pub pieces: Vec<Piece>,
-    /// Edges of the surface that are glued, in the order of their numbers: number `k + 1` is `glued[k]`.
-    pub glued: Vec<u32>,
+    /// Edges of the surface that are glued, with their numbers, from 1. Copies of a piece have the same numbers.
+    pub glued: Vec<(u32, usize)>,
 }
 
 /// One piece of paper, in a frame of its own, mm, seen from the printed side.
@@ -28,7 +27,13 @@ pub struct Piece {
     pub glue: Vec<Glue>,
     /// The line to cut: the outer loop counter-clockwise, holes clockwise. Tabs are inside.
     pub outline: Vec<Vec<DVec2>>,
-    /// Place of the first piece with the same shape and folds, itself if there is none before.
+    /// Its name on the sheets, from 1; copies that may take each other's place have one name.
+    pub name: usize,
+    /// Which of these copies it is, from 1.
+    pub copy: usize,
+    /// How many such copies there are.
+    pub copies: usize,
+    /// Place of the first piece with the same shape and folds, itself if there is none before. Its numbers may differ.
     pub like: usize,
 }
 
@@ -90,18 +95,39 @@ impl Pattern {
             for (edge, _) in mesh.neighbours(f) {
                 if !net.joined[edge as usize] {
                     number.entry(edge).or_insert_with(|| {
-                        glued.push(edge);
+                        glued.push((edge, glued.len() + 1));
                         glued.len()
                     });
                 }
             }
         }
-        let mut pieces: Vec<Piece> = lists.iter().map(|facets| Piece::new(net, facets, &number)).collect();
-        let mut first: FxHashMap<u64, usize> = FxHashMap::default();
-        for (k, facets) in lists.iter().enumerate() {
-            pieces[k].like = *first.entry(signature(net, facets)).or_insert(k);
+        let mut out = Self { pieces: lists.iter().map(|facets| Piece::new(net, facets, &number)).collect(), glued };
+        for (k, piece) in out.pieces.iter_mut().enumerate() {
+            (piece.name, piece.copy, piece.copies) = (k + 1, 1, 1);
         }
-        Self { pieces, glued }
+        out.name_and_compare();
+        out
+    }
+
+    /// Names the pieces by their places, but for copies, and finds those of one shape.
+    pub(crate) fn name_and_compare(&mut self) {
+        let mut name = 0;
+        for piece in &mut self.pieces {
+            name += usize::from(piece.copy == 1);
+            piece.name = name;
+        }
+        // The first pieces of each shape, by what is cheap to compare.
+        let mut first: FxHashMap<[usize; 3], Vec<usize>> = FxHashMap::default();
+        for k in 0..self.pieces.len() {
+            let piece = &self.pieces[k];
+            let list = first.entry([piece.facets.len(), piece.folds.len(), piece.tabs.len()]).or_default();
+            let like = if piece.copy > 1 { Some(self.pieces[k - 1].like) } else { None };
+            let like = like.or_else(|| list.iter().copied().find(|&j| alike(&self.pieces[j], piece)));
+            self.pieces[k].like = like.unwrap_or_else(|| {
+                list.push(k);
+                k
+            });
+        }
     }
 
     /// How many pieces are like this one, itself included.
@@ -110,29 +136,62 @@ impl Pattern {
     }
 }
 
-/// A number that pieces of one shape share: walks round the facets by their shapes and the folds between them.
-fn signature(net: &Net<'_, '_>, facets: &[u32]) -> u64 {
-    let mesh = net.problem.mesh;
-    let own: FxHashMap<u32, u64> = facets.iter().map(|&f| (f, mesh.facets[f as usize].shape_hash())).collect();
-    // Three rounds in which each facet learns of its neighbours: enough to tell shapes apart that differ anywhere near.
-    let mut now = own.clone();
-    for _ in 0..3 {
-        now = facets
-            .iter()
-            .map(|&f| {
-                let mut around: Vec<u64> = mesh
-                    .neighbours(f)
-                    .filter(|(e, _)| net.joined[*e as usize])
-                    .map(|(e, g)| hash(now[&g], ((mesh.edges[e as usize].angle * 1e5).round() as i64).cast_unsigned()))
-                    .collect();
-                around.sort_unstable();
-                (f, around.into_iter().fold(hash(now[&f], 1), hash))
-            })
-            .collect();
+/// Lengths that differ by less are one shape to scissors, mm.
+const SAME_SHAPE: f64 = 1e-4;
+
+/// Whether two pieces are one shape with the same folds and tabs: some motion brings every facet, fold and tab of one onto one of the other.
+fn alike(a: &Piece, b: &Piece) -> bool {
+    let length = |p: &Piece| p.outline.iter().map(|o| (0..o.len()).map(|k| o[k].distance(o[(k + 1) % o.len()])).sum::<f64>()).sum::<f64>();
+    if (length(a) - length(b)).abs() > SAME_SHAPE * 10.0 {
+        return false;
     }
-    let mut all: Vec<u64> = now.into_values().collect();
-    all.sort_unstable();
-    all.into_iter().fold(0, hash)
+    let (_, first) = &a.facets[0];
+    let marks_of_b = Marks::new(b);
+    let own = Marks::list(a);
+    b.facets.iter().filter(|(_, q)| q.len() == first.len()).any(|(_, q)| {
+        (0..q.len()).any(|turn| {
+            let ends = [q[turn], q[(turn + 1) % q.len()]];
+            if (ends[0].distance(ends[1]) - first[0].distance(first[1])).abs() > SAME_SHAPE {
+                return false;
+            }
+            let pose = Pose::mapping([first[0], first[1]], ends);
+            own.iter().all(|&(at, what)| marks_of_b.has(pose.apply(at), what))
+        })
+    })
+}
+
+/// Points of a piece with what they are: corners of facets and tabs, middles of folds with their angles.
+struct Marks(FxHashMap<[i64; 2], Vec<(DVec2, f64)>>);
+
+impl Marks {
+    /// Marks of corners: beyond all angles.
+    const CORNER: f64 = 10.0;
+    const TAB: f64 = 20.0;
+
+    fn list(piece: &Piece) -> Vec<(DVec2, f64)> {
+        let corners = piece.facets.iter().flat_map(|(_, p)| p).map(|&p| (p, Self::CORNER));
+        let tabs = piece.tabs.iter().flat_map(|t| &t.corners).map(|&p| (p, Self::TAB));
+        let folds = piece.folds.iter().map(|f| (0.5 * (f.ends[0] + f.ends[1]), f.angle));
+        corners.chain(tabs).chain(folds).collect()
+    }
+
+    fn cell(p: DVec2) -> [i64; 2] {
+        (p / 1e-2).floor().to_array().map(|x| x as i64)
+    }
+
+    fn new(piece: &Piece) -> Self {
+        let mut out: FxHashMap<[i64; 2], Vec<(DVec2, f64)>> = FxHashMap::default();
+        for (at, what) in Self::list(piece) {
+            out.entry(Self::cell(at)).or_default().push((at, what));
+        }
+        Self(out)
+    }
+
+    fn has(&self, p: DVec2, what: f64) -> bool {
+        let [x, y] = Self::cell(p);
+        let mut near = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| [x + dx, y + dy])).flat_map(|c| self.0.get(&c).into_iter().flatten());
+        near.any(|&(q, w)| p.distance(q) <= SAME_SHAPE && (w - what).abs() <= 1e-6)
+    }
 }
 
 impl Piece {

@@ -5,9 +5,11 @@
 //! mathematical morphology). The printed side is the outside, so a mountain is rounded by the fold's radius and the paper's thickness, a
 //! valley by the radius alone. The comparison is made with the design sampled on the same grid, so that it tells rounding from sampling.
 
+use crate::ribbons::ribbons;
 use biscale::direction::Pair;
 use biscale::error::{BadInput, Error, Result};
 use biscale::filter::{Control, Quality, effective};
+use biscale::geometry::weave::Weave;
 use biscale::geometry::{HeightGrid, Tile};
 use biscale::material::SmallScale;
 use glam::{DVec2, DVec3};
@@ -22,14 +24,41 @@ const MAX_DENSE: usize = 20_000;
 /// Relative error to which both are computed.
 const TOLERANCE: f64 = 0.02;
 
+/// What the paper's surface is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(tag = "crafted", rename_all = "lowercase")]
+pub enum Crafted {
+    /// A height field with rounded folds.
+    Rounded {
+        /// Radius of ridges and valleys, printed mm.
+        radius_mm: [f64; 2],
+    },
+    /// Flat strips in place of a weave's threads.
+    Strips {
+        /// Thickness of the paper, mm.
+        thickness_mm: f64,
+    },
+}
+
+impl Crafted {
+    /// In words, before "change the effective BRDF by".
+    pub fn text(&self) -> String {
+        match self {
+            Self::Rounded { radius_mm: [ridge, valley] } => format!("ridges of radius {ridge:.2} mm and valleys of {valley:.2} mm"),
+            Self::Strips { thickness_mm } => format!("flat strips {thickness_mm:.2} mm thick in place of threads"),
+        }
+    }
+}
+
 /// The comparison.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Preview {
-    /// Radius of ridges and valleys, printed mm.
-    pub radius_mm: [f64; 2],
+    /// What paper does to the surface.
+    #[serde(flatten)]
+    pub crafted: Crafted,
     /// RMS of the difference of the cosine-weighted BRDF over the RMS of the design's, over all pairs and channels.
     pub relative_rms: f64,
-    /// The same between the design and its samples without rounding: what the sampling itself changes.
+    /// The same between the design and its samples without rounding: what the sampling itself changes; 0 of strips, which are not sampled.
     pub sampling_rms: f64,
     /// Estimated relative error of the values themselves.
     pub error: f64,
@@ -57,10 +86,40 @@ pub fn preview(
     let rounded = morph(&morph(&sampled, surface.tile.period, ridge, false), surface.tile.period, valley, true);
     let plain = on_grid(surface, &sampled)?;
     let crafted = on_grid(surface, &rounded)?;
+    let crafted_as = Crafted::Rounded { radius_mm: [radius_mm + thickness_mm, radius_mm] };
+    compare(crafted_as, surface, Some(&plain), &crafted, seed, control)
+}
+
+/// Compares a weave with itself of paper strips.
+///
+/// # Errors
+/// Paper thicker than the crimp; those of the filter.
+pub fn preview_strips(
+    surface: &SmallScale,
+    weave: &Weave,
+    printed_mm: f64,
+    thickness_mm: f64,
+    seed: u64,
+    control: &Control<'_>,
+) -> Result<Preview> {
+    let crafted = ribbons(surface, weave, thickness_mm / printed_mm)?;
+    compare(Crafted::Strips { thickness_mm }, surface, None, &crafted, seed, control)
+}
+
+/// Computes both, and the design as it is sampled where the crafted surface is.
+fn compare(
+    crafted_as: Crafted,
+    surface: &SmallScale,
+    plain: Option<&SmallScale>,
+    crafted: &SmallScale,
+    seed: u64,
+    control: &Control<'_>,
+) -> Result<Preview> {
     let pairs = pairs();
     let quality = Quality { tolerance: TOLERANCE, seed, ..Quality::default() };
     let run = |s: &SmallScale| effective(s, &pairs, &quality, control);
-    let (design, plain, crafted) = (run(surface)?, run(&plain)?, run(&crafted)?);
+    let (design, crafted) = (run(surface)?, run(crafted)?);
+    let plain = plain.map_or_else(|| Ok(design.clone()), run)?;
     let rms = |a: &biscale::filter::Effective, b: &biscale::filter::Effective| {
         let sum = |f: &dyn Fn(usize, usize) -> f64| (0..pairs.len()).flat_map(|k| (0..3).map(move |c| f(k, c).powi(2))).sum::<f64>();
         let size = sum(&|k, c| b.values[k].fbar[c]);
@@ -76,7 +135,7 @@ pub fn preview(
         })
         .collect();
     Ok(Preview {
-        radius_mm: [radius_mm + thickness_mm, radius_mm],
+        crafted: crafted_as,
         relative_rms: rms(&crafted, &plain),
         sampling_rms: rms(&plain, &design),
         error: design.summary.relative_rms.max(crafted.summary.relative_rms),
@@ -146,8 +205,9 @@ fn sample(tile: &Tile) -> Result<Vec<f64>> {
 }
 
 fn overhang() -> Error {
-    let remedy = "leave --preview out: it looks at surfaces that are heights over the plane";
-    BadInput::new("the surface overhangs or has gaps", remedy).at_field("--preview").into()
+    let remedy =
+        "leave --preview out: folds are rounded by a ball that rolls over and under the surface, which needs one height at every place";
+    BadInput::new("the surface overhangs or has gaps, so that it is no height over the plane", remedy).at_field("--preview").into()
 }
 
 /// Opening (`closing` false) or closing with a ball, on the periodic grid.

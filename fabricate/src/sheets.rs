@@ -4,8 +4,10 @@ use crate::drawing::{BLACK, GREY, Item, Layer, Mark, Page, Style, srgb};
 use crate::labels::{Label, Labels, NAME, NUMBER};
 use crate::layout::{Paper, Place, shelves};
 use crate::mesh::Mesh;
+use crate::paint::{Picture, paint};
 use crate::pattern::{Pattern, Piece};
-use biscale::error::BadInput;
+use crate::texture::Texture;
+use biscale::error::Result;
 use glam::DVec2;
 use std::collections::BTreeMap;
 
@@ -44,11 +46,11 @@ pub struct Sheets {
     pub missed: usize,
 }
 
-/// Lays out and draws a pattern.
+/// Lays out and draws a pattern. With a `texture` the facets get its colours in place of their own.
 ///
 /// # Errors
-/// A piece that fits no page; a page too small for anything.
-pub fn sheets(mesh: &Mesh, pattern: &Pattern, paper: Paper, look: &Look) -> Result<Sheets, BadInput> {
+/// A piece that fits no page; a page too small for anything; colours that cannot be written.
+pub fn sheets(mesh: &Mesh, pattern: &Pattern, paper: Paper, look: &Look, texture: Option<&Texture<'_>>) -> Result<Sheets> {
     paper.check()?;
     let outlines: Vec<Vec<DVec2>> = pattern.pieces.iter().map(|p| p.outline.concat()).collect();
     let [corner, area] = paper.area();
@@ -77,7 +79,11 @@ pub fn sheets(mesh: &Mesh, pattern: &Pattern, paper: Paper, look: &Look) -> Resu
     let rows = if look.numbers { rows(mesh, look.period) } else { BTreeMap::new() };
     let mut missed = 0;
     for (k, (piece, place)) in placed.iter().zip(&places).enumerate() {
-        missed += draw_piece(&mut pages[place.page], mesh, pattern, k, piece, look, &rows);
+        let picture = match texture.filter(|_| look.colours) {
+            Some(texture) => Some(paint(mesh, piece, texture)?),
+            None => None,
+        };
+        missed += draw_piece(&mut pages[place.page], mesh, pattern, k, piece, look, &rows, picture);
     }
     let backs: Vec<Page> = if look.back { pages.iter().map(mirrored).collect() } else { Vec::new() };
     // The page that tells how to put the pieces together follows.
@@ -169,6 +175,7 @@ fn bleed(page: &mut Page, mesh: &Mesh, piece: &Piece) {
     }
 }
 
+#[expect(clippy::too_many_arguments, reason = "what a piece is and how it is drawn; one caller")]
 fn draw_piece(
     page: &mut Page,
     mesh: &Mesh,
@@ -177,13 +184,18 @@ fn draw_piece(
     piece: &Piece,
     look: &Look,
     rows: &BTreeMap<u32, String>,
+    picture: Option<Picture>,
 ) -> usize {
-    let id = (k + 1).to_string();
+    let mut of_piece = vec![("piece", piece.name.to_string())];
+    if piece.copies > 1 {
+        of_piece.push(("copy", piece.copy.to_string()));
+    }
+    let data = |more: &[(&'static str, String)]| [&of_piece[..], more].concat();
     for tab in &piece.tabs {
         page.items.push(Item {
             layer: Layer::Print,
             mark: Mark::Polygon { points: tab.corners.clone(), fill: [255; 3] },
-            data: vec![("piece", id.clone()), ("tab-of", tab.edge.to_string())],
+            data: data(&[("tab-of", tab.edge.to_string())]),
         });
         if look.colours {
             // Colour reaches onto the tab as far as over the outline, or as far as the tab does.
@@ -201,14 +213,20 @@ fn draw_piece(
         page.items.push(Item {
             layer: Layer::Print,
             mark: Mark::Polygon { points: polygon.clone(), fill: facet_fill(mesh, *f, look) },
-            data: vec![("piece", id.clone()), ("facet", f.to_string())],
+            data: data(&[("facet", f.to_string())]),
         });
     }
-    // Black, red and blue do not show on dark colours: lines get a white bed there.
-    if look.colours && piece.facets.iter().any(|(f, _)| is_dark(facet_fill(mesh, *f, look))) {
-        let lines = piece.folds.iter().filter(|f| f.angle.abs() >= FLAT).map(|f| (f.ends.to_vec(), false));
-        for (points, closed) in lines.chain(piece.outline.iter().map(|o| (o.clone(), true))) {
-            page.line(Layer::Print, Style::Halo, &points, closed);
+    // Black, red and blue do not show on dark colours: lines get a white bed there, cut lines one of dashes, which leaves little white.
+    let textured = picture.is_some();
+    if let Some(picture) = picture {
+        page.items.push(Item { layer: Layer::Print, mark: Mark::Picture(picture), data: data(&[]) });
+    }
+    if look.colours && (textured || piece.facets.iter().any(|(f, _)| is_dark(facet_fill(mesh, *f, look)))) {
+        for fold in piece.folds.iter().filter(|f| f.angle.abs() >= FLAT) {
+            page.line(Layer::Print, Style::Halo, &fold.ends, false);
+        }
+        for outline in &piece.outline {
+            page.line(Layer::Print, Style::CutHalo, outline, true);
         }
     }
     for fold in &piece.folds {
@@ -226,7 +244,7 @@ fn draw_piece(
         page.items.push(Item {
             layer: Layer::Score,
             mark: Mark::Line { points: fold.ends.to_vec(), closed: false, style },
-            data: vec![("piece", id.clone()), ("edge", fold.edge.to_string()), ("angle", format!("{:.9}", fold.angle.to_degrees()))],
+            data: data(&[("edge", fold.edge.to_string()), ("angle", format!("{:.9}", fold.angle.to_degrees()))]),
         });
     }
     for tab in &piece.tabs {
@@ -239,19 +257,24 @@ fn draw_piece(
                 closed: false,
                 style: if angle <= 0.0 { Style::Mountain } else { Style::Valley },
             },
-            data: vec![("piece", id.clone()), ("tab", tab.edge.to_string()), ("angle", format!("{:.9}", angle.to_degrees()))],
+            data: data(&[("tab", tab.edge.to_string()), ("angle", format!("{:.9}", angle.to_degrees()))]),
         });
     }
     for (j, outline) in piece.outline.iter().enumerate() {
         page.items.push(Item {
             layer: Layer::Cut,
             mark: Mark::Line { points: outline.clone(), closed: true, style: Style::Cut },
-            data: vec![("piece", id.clone()), ("loop", j.to_string())],
+            data: data(&[("loop", j.to_string())]),
         });
     }
     let labels = labels(mesh, pattern, k, piece, look, rows);
     for label in &labels.placed {
-        page.add(Layer::Print, text(label, mesh, piece, look));
+        if textured {
+            // A white bed here too: the colours under a text may be any.
+            page.polygon(label.rectangle().points(), [255; 3]);
+        }
+        let of = label.number_of.map(|(edge, facet)| data(&[("number-of", edge.to_string()), ("on", facet.to_string())]));
+        page.items.push(Item { layer: Layer::Print, mark: text(label, mesh, piece, look, textured), data: of.unwrap_or_default() });
     }
     labels.missed
 }
@@ -261,10 +284,10 @@ fn is_dark(colour: [u8; 3]) -> bool {
     colour.iter().map(|&v| u32::from(v)).sum::<u32>() < 300
 }
 
-fn text(label: &Label, mesh: &Mesh, piece: &Piece, look: &Look) -> Mark {
+fn text(label: &Label, mesh: &Mesh, piece: &Piece, look: &Look, textured: bool) -> Mark {
     // White on dark facets.
     let under = piece.facets.iter().find(|(_, p)| crate::polygon::contains(p, label.at)).map(|(f, _)| facet_fill(mesh, *f, look));
-    let dark = under.is_some_and(is_dark);
+    let dark = !textured && under.is_some_and(is_dark);
     let colour = if dark {
         [235; 3]
     } else if label.size > NUMBER[0] {
@@ -278,18 +301,22 @@ fn text(label: &Label, mesh: &Mesh, piece: &Piece, look: &Look) -> Mark {
 /// The texts of one piece: its name, the numbers of its edges, the angles of its folds.
 fn labels(mesh: &Mesh, pattern: &Pattern, k: usize, piece: &Piece, look: &Look, rows: &BTreeMap<u32, String>) -> Labels {
     let mut labels = Labels::default();
-    let alike = pattern.alike(k);
-    let mut name = format!("{}", k + 1);
-    if alike > 1 {
-        name = format!("{name} (like {}, x{alike})", pattern.pieces[k].like + 1);
-    }
+    let (alike, number) = (pattern.alike(k), piece.name.to_string());
+    // Copies may take each other's place; pieces that are only cut and folded alike have numbers of their own.
+    let name = if piece.copies > 1 {
+        format!("{number} (x{})", piece.copies)
+    } else if alike > 1 {
+        format!("{number} (like {}, x{alike})", pattern.pieces[piece.like].name)
+    } else {
+        number.clone()
+    };
     let mut largest: Vec<&(u32, Vec<DVec2>)> = piece.facets.iter().collect();
     largest.sort_by(|a, b| crate::polygon::area(&b.1).total_cmp(&crate::polygon::area(&a.1)));
     // In full where it fits, else the number alone.
     let _ = largest.iter().take(8).any(|(_, p)| labels.within(p, &name, NAME))
-        || largest.iter().take(8).any(|(_, p)| labels.within(p, &(k + 1).to_string(), NAME));
+        || largest.iter().take(8).any(|(_, p)| labels.within(p, &number, NAME));
     for (f, polygon) in &piece.facets {
-        if let Some(row) = rows.get(f) {
+        if let Some(row) = rows.get(f).filter(|_| piece.copies == 1) {
             // A number that finds no place is told by its neighbours.
             labels.within(polygon, row, [2.6, 1.0]);
         }
@@ -298,10 +325,10 @@ fn labels(mesh: &Mesh, pattern: &Pattern, k: usize, piece: &Piece, look: &Look, 
     if look.numbers {
         for tab in &piece.tabs {
             let number = piece.glue.iter().find(|g| g.edge == tab.edge && g.facet == tab.facet).map_or(0, |g| g.number);
-            labels.along([tab.corners[0], tab.corners[1]], &tab.corners, &number.to_string(), NUMBER);
+            labels.number([tab.corners[0], tab.corners[1]], &tab.corners, number, (tab.edge, tab.facet));
         }
         for glue in piece.glue.iter().filter(|g| !g.tab) {
-            labels.along(glue.ends, facet(glue.facet), &glue.number.to_string(), NUMBER);
+            labels.number(glue.ends, facet(glue.facet), glue.number, (glue.edge, glue.facet));
         }
     }
     if look.angles {
@@ -391,7 +418,7 @@ fn mirrored(page: &Page) -> Page {
             Mark::Text { at, size, angle, text, colour: _, anchor } => {
                 Mark::Text { at: m(*at), size: *size, angle: -angle, text: text.clone(), colour: GREY, anchor: *anchor }
             }
-            Mark::Polygon { .. } => return None,
+            Mark::Polygon { .. } | Mark::Picture(_) => return None,
         };
         Some(Item { layer: Layer::Print, mark, data: Vec::new() })
     });

@@ -3,6 +3,7 @@
 use crate::drawing::{BLACK, GREY, Item, Layer, Mark, Page, Style, srgb, text_width};
 use crate::layout::{Paper, shelves};
 use crate::sheets::{BLEED, Look, footer};
+use crate::svg::number;
 use biscale::error::BadInput;
 use biscale::geometry::weave::{Thread, Weave};
 use glam::DVec2;
@@ -16,12 +17,27 @@ pub struct Strip {
     pub warp: bool,
     /// Place among its direction, from 0.
     pub index: usize,
+    /// Where it lies in the cloth, across itself, mm.
+    pub at: f64,
     /// Length with both ends, and width.
     pub size: DVec2,
-    /// Middle of each crossing along the strip, width of the thread across, and whether this strip lies over there.
-    pub crossings: Vec<(f64, f64, bool)>,
+    /// Its crossings.
+    pub crossings: Vec<Crossing>,
     /// Linear RGB.
     pub colour: [f64; 3],
+}
+
+/// Where a strip crosses another one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// Its middle along the strip, mm.
+    pub middle: f64,
+    /// Width of the strip across, mm.
+    pub across: f64,
+    /// Whether this strip lies over.
+    pub over: bool,
+    /// Where the strip across lies in the cloth, mm.
+    pub at: f64,
 }
 
 /// What a strip has beyond its last crossing at either end, mm: to hold it by and to glue it down.
@@ -54,6 +70,7 @@ pub fn strips(weave: &Weave, scale: f64, [nx, ny]: [u32; 2], colour: impl Fn(u16
     let mut out = Vec::new();
     let mut direction = |warp: bool, own: &[Thread], crossed: &[Thread], repeats: u32, along: u32, period: f64, amplitude: f64| {
         for r in 0..repeats as usize {
+            let shift = r as f64 * if warp { weave.period.x } else { weave.period.y };
             for (i, thread) in own.iter().enumerate() {
                 let over = |k: usize| {
                     let k = k % crossed.len();
@@ -68,7 +85,12 @@ pub fn strips(weave: &Weave, scale: f64, [nx, ny]: [u32; 2], colour: impl Fn(u16
                         let d = (place(k) - place(k - 1)) * scale;
                         at += if over(k) == over(k - 1) { d } else { bend_length(amplitude * scale, d) };
                     }
-                    crossings.push((at, crossed[k % crossed.len()].width * scale, over(k)));
+                    crossings.push(Crossing {
+                        middle: at,
+                        across: crossed[k % crossed.len()].width * scale,
+                        over: over(k),
+                        at: place(k) * scale,
+                    });
                 }
                 let length = at + 0.5 * crossed[(n - 1) % crossed.len()].width * scale + END;
                 let index = r * own.len() + i;
@@ -76,6 +98,7 @@ pub fn strips(weave: &Weave, scale: f64, [nx, ny]: [u32; 2], colour: impl Fn(u16
                     name: format!("{} {}", if warp { "warp" } else { "weft" }, index + 1),
                     warp,
                     index,
+                    at: (thread.centre + shift) * scale,
                     size: DVec2::new(length, thread.width * scale),
                     crossings,
                     colour: colour(thread.part),
@@ -134,12 +157,12 @@ fn draw(page: &mut Page, strip: &Strip, look: &Look, angle: f64, at: impl Fn(f64
     page.items.push(Item {
         layer: Layer::Print,
         mark: Mark::Polygon { points: corners(0.0, 0.0, l, w), fill: [255; 3] },
-        data: vec![("strip", strip.name.replace(' ', "-"))],
+        data: vec![("strip", strip.name.replace(' ', "-")), ("at", number(strip.at))],
     });
     if look.colours {
         page.polygon(&corners(END, 0.0, l - END, w), fill);
     }
-    for (k, &(middle, across, over)) in strip.crossings.iter().enumerate() {
+    for (k, &Crossing { middle, across, over, at: there }) in strip.crossings.iter().enumerate() {
         // Where it goes under, the marks are hidden once it is woven; where it lies over nothing is drawn on it.
         page.items.push(Item {
             layer: Layer::Print,
@@ -147,7 +170,12 @@ fn draw(page: &mut Page, strip: &Strip, look: &Look, angle: f64, at: impl Fn(f64
                 points: corners(middle - 0.5 * across, 0.0, middle + 0.5 * across, w),
                 fill: if over { fill } else { [255; 3] },
             },
-            data: vec![("crossing", (k + 1).to_string()), ("of", strip.name.replace(' ', "-")), ("over", u8::from(over).to_string())],
+            data: vec![
+                ("crossing", (k + 1).to_string()),
+                ("of", strip.name.replace(' ', "-")),
+                ("over", u8::from(over).to_string()),
+                ("at", number(there)),
+            ],
         });
         if !over {
             for x in [middle - 0.5 * across, middle + 0.5 * across] {

@@ -1,6 +1,7 @@
 //! A page as SVG: one user unit is 1 mm, layers are groups that Inkscape and cutters know.
 
-use crate::drawing::{LAYERS, LINE_WIDTH, Layer, Mark, Page, Style};
+use crate::drawing::{HALO_WIDTH, LAYERS, LINE_WIDTH, Layer, Mark, Page, Style};
+use base64::Engine as _;
 use glam::DVec2;
 use std::fmt::Write as _;
 
@@ -44,7 +45,8 @@ fn stroke(style: Style) -> String {
         Style::Cut => ("#000000", LINE_WIDTH, ""),
         Style::Mountain => ("#c03030", LINE_WIDTH, "3 0.9 0.5 0.9"),
         Style::Valley => ("#3050c0", LINE_WIDTH, "1.6 1.1"),
-        Style::Halo => ("#ffffff", 0.6, ""),
+        Style::Halo => ("#ffffff", HALO_WIDTH, ""),
+        Style::CutHalo => ("#ffffff", HALO_WIDTH, "0.6 1.8"),
         Style::Thin => ("#808080", 0.15, ""),
         Style::Bold => ("#000000", 0.4, ""),
     };
@@ -65,6 +67,7 @@ pub fn document(page: &Page, dpi: Option<f64>, recipe: &str) -> String {
     let _ = writeln!(
         out,
         "<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:inkscape=\"http://www.inkscape.org/namespaces/inkscape\" \
+         xmlns:xlink=\"http://www.w3.org/1999/xlink\" \
          width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {} {}\">",
         number(w),
         number(h)
@@ -90,7 +93,7 @@ pub fn document(page: &Page, dpi: Option<f64>, recipe: &str) -> String {
                     // A hair of the same colour closes the seams that antialiasing leaves between neighbours.
                     let hair = match layer {
                         Layer::Print if [*r, *g, *b] != [255; 3] => {
-                            format!(" stroke=\"#{r:02x}{g:02x}{b:02x}\" stroke-width=\"0.06\" stroke-linejoin=\"round\"")
+                            format!(" stroke=\"#{r:02x}{g:02x}{b:02x}\" stroke-width=\"0.12\" stroke-linejoin=\"round\"")
                         }
                         _ => String::new(),
                     };
@@ -103,6 +106,16 @@ pub fn document(page: &Page, dpi: Option<f64>, recipe: &str) -> String {
                         let _ = write!(d, "{}{x} {y}", if k == 0 { 'M' } else { 'L' });
                     }
                     let _ = writeln!(out, "<path{data} d=\"{d}{}\" {}/>", if *closed { "Z" } else { "" }, stroke(*style));
+                }
+                Mark::Picture(picture) => {
+                    let (x, y) = flip(picture.low + DVec2::new(0.0, picture.size.y));
+                    let (w, h) = (number(picture.size.x), number(picture.size.y));
+                    let bytes = base64::engine::general_purpose::STANDARD.encode(&picture.png);
+                    let _ = writeln!(
+                        out,
+                        "<image{data} x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\" preserveAspectRatio=\"none\" \
+                         xlink:href=\"data:image/png;base64,{bytes}\"/>"
+                    );
                 }
                 Mark::Text { at, size, angle, text, colour: [r, g, b], anchor } => {
                     // The baseline lies .36 of the size below the middle of digits and capitals.

@@ -1,12 +1,5 @@
-//! The sheet that is wrapped around a large object and that the folded material is glued onto (Wu et al. 2011, Fig. 9).
-//!
-//! It shows where every period begins, by numbered lines; markers around it let a photograph of it be registered, and patches of known
-//! colours let printed colours be measured. All of it also stands in the sidecar, in mm on the page.
+//! The large object that the folded material is put on, and how many periods go around it.
 
-use crate::aruco::{CELLS, is_white};
-use crate::drawing::{BLACK, Item, Layer, Mark, Page, Style, srgb};
-use crate::layout::Paper;
-use crate::sheets::footer;
 use biscale::error::BadInput;
 use glam::DVec2;
 use serde::Serialize;
@@ -65,13 +58,6 @@ pub struct Fit {
 
 /// Overlap at the seam, mm.
 pub const SEAM: f64 = 10.0;
-/// Side of a marker with its frame, mm, and the white around it.
-const MARKER: f64 = 14.0;
-const QUIET: f64 = 2.0;
-/// Side of a colour patch, mm.
-const PATCH: f64 = 8.0;
-/// Steps of the grey wedge.
-const GREYS: usize = 6;
 
 impl Target {
     /// Reads `cylinder:radius=40,height=100`, `plane:width=..,height=..`, `cone:radius=..,height=..` or `box:width=..,depth=..,height=..`.
@@ -128,101 +114,20 @@ impl Target {
         Fit { around, along, pitch_mm: pitch.x, residual: pitch.x / period.x - 1.0, residual_along: pitch.y / period.y - 1.0 }
     }
 
-    fn closes(&self) -> bool {
+    /// Whether the sheet goes around and meets itself.
+    pub fn closes(&self) -> bool {
         !matches!(self, Self::Plane { .. })
     }
-}
 
-/// A marker on the page.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Marker {
-    /// Number in the dictionary `DICT_5X5_100`.
-    pub id: usize,
-    /// Corners from its own upper left clockwise, mm, y up from the page's lower left corner.
-    pub corners_mm: [[f64; 2]; 4],
-}
-
-/// A colour patch on the page.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Patch {
-    /// `design`, `grey` or `white`.
-    pub kind: &'static str,
-    /// Its place among its kind.
-    pub index: usize,
-    /// What was sent to the printer, linear RGB.
-    pub linear_rgb: [f64; 3],
-    /// Lower left and upper right corner, mm.
-    pub rectangle_mm: [[f64; 2]; 2],
-}
-
-/// The sheet, and what a camera needs to know of it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Wrap {
-    /// The page.
-    pub page: Page,
-    /// Its markers.
-    pub markers: Vec<Marker>,
-    /// Its colour patches.
-    pub patches: Vec<Patch>,
-    /// Lower left corner of the wrapped area on the page, mm.
-    pub origin: DVec2,
-}
-
-/// Draws the wrap sheet.
-///
-/// # Errors
-/// A sheet that does not fit the paper.
-pub fn wrap(target: Target, fit: Fit, thickness: f64, colours: &[[f64; 3]], paper: Paper, title: &str) -> Result<Wrap, BadInput> {
-    let extent = target.extent(thickness);
-    let seam = if target.closes() { SEAM } else { 0.0 };
-    let [corner, area] = paper.area();
-    let border = MARKER + 2.0 * QUIET;
-    // The outline of the sheet in a frame with its lower left corner at 0.
-    let outline: Vec<DVec2> = match target {
-        Target::Cone { .. } => sector(extent, seam),
-        _ => vec![DVec2::ZERO, DVec2::new(extent.x + seam, 0.0), DVec2::new(extent.x + seam, extent.y), DVec2::new(0.0, extent.y)],
-    };
-    let (low, high) = outline.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
-    let size = high - low;
-    let strip = PATCH + 4.0;
-    let needed = |s: DVec2| s + DVec2::new(2.0 * border, 2.0 * border + strip);
-    let fits = |s: DVec2| needed(s).x <= area.x && (paper.roll || needed(s).y <= area.y);
-    let turned = !fits(size) && fits(DVec2::new(size.y, size.x));
-    if !turned && !fits(size) {
-        let (n, m) = (needed(size), needed(DVec2::new(size.y, size.x)));
-        let problem = format!(
-            "the wrap sheet with its markers takes {:.0} x {:.0} mm (or {:.0} x {:.0}) and the page holds {:.0} x {:.0}",
-            n.x, n.y, m.x, m.y, area.x, area.y
-        );
-        return Err(BadInput::new(problem, "take a larger page, such as --page a3 or roll:600, or a smaller target").at_field("--on"));
+    /// The outline of the sheet rolled out, with its seam, in a frame where periods follow each other along x (on a cone around its tip, 0).
+    pub fn outline(&self, thickness: f64) -> Vec<DVec2> {
+        let extent = self.extent(thickness);
+        let seam = if self.closes() { SEAM } else { 0.0 };
+        match self {
+            Self::Cone { .. } => sector(extent, seam),
+            _ => vec![DVec2::ZERO, DVec2::new(extent.x + seam, 0.0), DVec2::new(extent.x + seam, extent.y), DVec2::new(0.0, extent.y)],
+        }
     }
-    let origin = corner + DVec2::new(border, border + strip);
-    let at = |p: DVec2| {
-        let p = p - low;
-        origin + if turned { DVec2::new(size.y - p.y, p.x) } else { p }
-    };
-    let mut page = Page { size: paper.size, items: Vec::new() };
-    let placed_size = if turned { DVec2::new(size.y, size.x) } else { size };
-    if paper.roll {
-        page.size.y = (origin.y + placed_size.y + border + paper.margin + paper.inset).ceil();
-    }
-    lines(&mut page, target, fit, extent, &at);
-    let points: Vec<DVec2> = outline.iter().map(|&p| at(p)).collect();
-    page.items.push(Item {
-        layer: Layer::Cut,
-        mark: Mark::Line { points, closed: true, style: Style::Cut },
-        data: vec![("wrap", "outline".into())],
-    });
-    let markers = markers(&mut page, origin - border, origin + placed_size + border);
-    let patches = patches(&mut page, colours, corner, paper.size.x - 2.0 * corner.x);
-    footer(
-        &mut page,
-        paper,
-        None,
-        &format!("{title}  -  wrap sheet: {} periods of {:.3} mm ({:+.2} %)", fit.around, fit.pitch_mm, 100.0 * fit.residual),
-        false,
-    );
-    Ok(Wrap { page, markers, patches, origin })
 }
 
 /// The side of a cone rolled out: a sector whose arc is `extent.x` long at the distance `extent.y`, with a seam.
@@ -232,117 +137,6 @@ fn sector(extent: DVec2, seam: f64) -> Vec<DVec2> {
     let steps = 120;
     let mut out = vec![DVec2::ZERO];
     out.extend((0..=steps).map(|k| side * DVec2::from_angle(with_seam * f64::from(k) / f64::from(steps))));
-    out
-}
-
-/// The numbered lines where the periods begin.
-fn lines(page: &mut Page, target: Target, fit: Fit, extent: DVec2, at: &impl Fn(DVec2) -> DVec2) {
-    let mut numbered = |from: DVec2, to: DVec2, k: u32| {
-        let (a, b) = (at(from), at(to));
-        page.items.push(Item {
-            layer: Layer::Print,
-            mark: Mark::Line { points: vec![a, b], closed: false, style: Style::Thin },
-            data: vec![("period", k.to_string())],
-        });
-        let size = (0.45 * fit.pitch_mm).clamp(0.8, 2.5);
-        for t in [0.04, 0.96] {
-            let text = Mark::Text {
-                at: a.lerp(b, t) + DVec2::new(0.6 * size, 0.0),
-                size,
-                angle: 0.0,
-                text: k.to_string(),
-                colour: BLACK,
-                anchor: 0.5,
-            };
-            page.add(Layer::Print, text);
-        }
-    };
-    let closed = u32::from(target.closes());
-    match target {
-        Target::Cone { .. } => {
-            for k in 0..=fit.around {
-                let direction = DVec2::from_angle(extent.x / extent.y * f64::from(k) / f64::from(fit.around));
-                numbered(0.15 * extent.y * direction, extent.y * direction, k % fit.around.max(1) + 1);
-            }
-        }
-        _ => {
-            for k in 0..=fit.around {
-                let x = extent.x * f64::from(k) / f64::from(fit.around);
-                // The line at the seam is the first one again.
-                let number = if closed == 1 { k % fit.around + 1 } else { k + 1 };
-                numbered(DVec2::new(x, 0.0), DVec2::new(x, extent.y), number);
-            }
-        }
-    }
-    if let Target::Box { width, depth, .. } = target {
-        for x in [width, width + depth, 2.0 * width + depth] {
-            page.line(Layer::Score, Style::Mountain, &[at(DVec2::new(x, 0.0)), at(DVec2::new(x, extent.y))], false);
-        }
-    }
-}
-
-/// Markers along the border of a rectangle: at its corners and in between, so that a few are always seen.
-fn markers(page: &mut Page, low: DVec2, high: DVec2) -> Vec<Marker> {
-    let size = high - low;
-    let count = |length: f64| ((length / 60.0).floor() as usize).max(1);
-    let (nx, ny) = (count(size.x - MARKER), count(size.y - MARKER));
-    let mut places: Vec<DVec2> = Vec::new();
-    let first = low + QUIET;
-    let last = high - QUIET - MARKER;
-    for k in 0..=nx {
-        let x = first.x + (last.x - first.x) * k as f64 / nx as f64;
-        places.push(DVec2::new(x, first.y));
-        places.push(DVec2::new(x, last.y));
-    }
-    for k in 1..ny {
-        let y = first.y + (last.y - first.y) * k as f64 / ny as f64;
-        places.push(DVec2::new(first.x, y));
-        places.push(DVec2::new(last.x, y));
-    }
-    places.truncate(crate::aruco::DICT_5X5_100.len());
-    let cell = MARKER / CELLS as f64;
-    let mut out = Vec::new();
-    for (id, corner) in places.into_iter().enumerate() {
-        let square = |x: f64, y: f64, s: f64| vec![DVec2::new(x, y), DVec2::new(x + s, y), DVec2::new(x + s, y + s), DVec2::new(x, y + s)];
-        page.items.push(Item {
-            layer: Layer::Registration,
-            mark: Mark::Polygon { points: square(corner.x, corner.y, MARKER), fill: BLACK },
-            data: vec![("marker", id.to_string())],
-        });
-        for row in 0..CELLS {
-            for column in (0..CELLS).filter(|&c| is_white(id, row, c)) {
-                let (x, y) = (corner.x + column as f64 * cell, corner.y + (CELLS - 1 - row) as f64 * cell);
-                page.add(Layer::Registration, Mark::Polygon { points: square(x, y, cell), fill: [255; 3] });
-            }
-        }
-        let (l, h) = (corner, corner + MARKER);
-        out.push(Marker { id, corners_mm: [[l.x, h.y], [h.x, h.y], [h.x, l.y], [l.x, l.y]] });
-    }
-    out
-}
-
-/// The colours of the design, a grey wedge, and the paper itself.
-fn patches(page: &mut Page, colours: &[[f64; 3]], corner: DVec2, width: f64) -> Vec<Patch> {
-    let greys = (0..GREYS).map(|k| ("grey", k, [k as f64 / (GREYS - 1) as f64 * 0.9; 3]));
-    let white = std::iter::once(("white", 0, [1.0; 3]));
-    let room = ((width / (PATCH + 1.0)).floor() as usize).saturating_sub(GREYS + 1);
-    let design = colours.iter().take(room).enumerate().map(|(k, c)| ("design", k, *c));
-    let mut out = Vec::new();
-    for (k, (kind, index, linear_rgb)) in design.chain(greys).chain(white).enumerate() {
-        let low = corner + DVec2::new(k as f64 * (PATCH + 1.0), 0.5);
-        let high = low + PATCH;
-        let points = [low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)];
-        page.items.push(Item {
-            layer: Layer::Print,
-            mark: Mark::Polygon { points: points.to_vec(), fill: srgb(linear_rgb) },
-            data: vec![("patch", format!("{kind}-{index}"))],
-        });
-        // The paper's own white needs a frame to be found.
-        if kind == "white" {
-            page.line(Layer::Print, Style::Thin, &points, true);
-        }
-        out.push(Patch { kind, index, linear_rgb, rectangle_mm: [low.to_array(), high.to_array()] });
-    }
     out
 }
 

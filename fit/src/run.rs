@@ -366,7 +366,7 @@ impl Search<'_> {
             Stage::Explore => (0, 0.2, 60 + 25 * dimensions, 0.0),
             Stage::Refine if !effort.coarse_first => (1, 0.2, 200 + 80 * dimensions, 0.05),
             Stage::Refine => (1, 0.08, 100 + 35 * dimensions, 0.04),
-            Stage::Polish => (1, 0.02, 40 + 10 * dimensions, 0.0),
+            Stage::Polish | Stage::Newton => (1, 0.02, 40 + 10 * dimensions, 0.0),
         };
         (Limits { step, size: effort.size[k], cost: effort.cost[k], evaluations }, confirm)
     }

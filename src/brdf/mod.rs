@@ -79,6 +79,11 @@ fn half_vector(n: DVec3, wi: DVec3, wo: DVec3) -> DVec3 {
 }
 
 impl Brdf {
+    /// Whether `fr(wi, wo)` and `fr(wo, wi)` are the same by construction: of all but RGL tables.
+    pub fn is_reciprocal(&self) -> bool {
+        !matches!(self, Self::Measured(measured) if !measured.is_reciprocal())
+    }
+
     /// `fr`, in 1/sr, of a facet with unit normal `n` for unit directions to the light and to the viewer.
     ///
     /// 0 when `wi` or `wo` is not above the facet; finite and never negative.

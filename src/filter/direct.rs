@@ -51,7 +51,7 @@ const MOST_CLUSTERS_LONG: usize = 2048;
 /// Pairs on which the bias of clusters is measured (`numerics.md`, section 3.6).
 const BIAS_PAIRS: usize = 512;
 /// Samples up to which directions are looked into that hardly any sample sees.
-const MOST_SEARCH: u32 = 1 << 18;
+pub const MOST_SEARCH: u32 = 1 << 18;
 /// The same as samples times pairs: about a second.
 const MOST_SEARCH_SUMS: usize = 1 << 30;
 /// Share of a tolerance that this bias may take.
@@ -78,6 +78,8 @@ struct Run<'a, 'p> {
     last_block: (u32, [f64; 3]),
     /// Samples that will probably be needed.
     wanted: u32,
+    /// Samples that are expected to be needed at least.
+    start: u32,
 }
 
 /// Values, their relative RMS error, and how they were made.
@@ -89,17 +91,35 @@ struct Outcome {
     barely_seen: usize,
 }
 
-pub(super) fn direct(small: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
-    Ok(traced(small, pairs, quality, control)?.0)
+/// Values, and what finds facets and their visibility as it did for them.
+pub(super) struct Traced<'a> {
+    pub effective: Effective,
+    pub tracer: Tracer<'a>,
+    /// Samples that the values are from.
+    pub samples: u32,
+    /// Directions for which [`prepared::barely_seen`] holds.
+    barely_seen: usize,
 }
 
-/// The values, and what finds facets and their visibility as it did for them.
+pub(super) fn direct(small: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
+    Ok(traced(small, pairs, quality, control, 0)?.effective)
+}
+
+/// The same where at least about `start` samples are expected to be needed; and how many directions see so few of the samples that what
+/// they show may be missed.
+pub(super) fn from(small: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>, start: u32) -> Result<(Effective, usize)> {
+    let traced = traced(small, pairs, quality, control, start)?;
+    Ok((traced.effective, traced.barely_seen))
+}
+
+/// The values with what they were made by; at least about `start` samples are expected to be needed.
 pub(super) fn traced<'a>(
     small: &'a SmallScale,
     pairs: &[Pair],
     quality: &Quality,
     control: &Control<'a>,
-) -> Result<(Effective, Tracer<'a>, u32)> {
+    start: u32,
+) -> Result<Traced<'a>> {
     let began = (control.clock)();
     // Tables need not be reciprocal; every model is.
     let symmetric = !small.surfaces.iter().any(|s| matches!(s.brdf, Brdf::Measured(_)));
@@ -120,7 +140,13 @@ pub(super) fn traced<'a>(
     // Clusters of unequal normals are a model, whose error must leave room for that of the samples. A plan repeats what was chosen for
     // the tolerance of its day.
     let mut narrowed = plan.map_or(0, |plan| plan.narrowed);
-    let tracer = |narrowed: usize| Tracer::new(small, clustering(small, long, WIDTHS[narrowed]).as_ref(), seed, control);
+    // Clusters count facets, which must all stand for the same: where a plan spreads them unevenly, whatever surface it was made for, each
+    // is summed by itself.
+    let even = !plan.is_some_and(|plan| plan.weighted);
+    let tracer = |narrowed: usize| {
+        let clustering = clustering(small, long, WIDTHS[narrowed]).filter(|_| even);
+        Tracer::new(small, clustering.as_ref(), seed, control)
+    };
     let mut run = Run {
         small,
         tracer: tracer(narrowed),
@@ -131,6 +157,7 @@ pub(super) fn traced<'a>(
         seconds: [0.0; 4],
         last_block: (1, [0.0; 3]),
         wanted: 0,
+        start,
     };
     let mut bias = run.cluster_bias()?;
     while bias > BIAS_SHARE * quality.tolerance && plan.is_none() {
@@ -200,18 +227,22 @@ pub(super) fn traced<'a>(
         directions,
         stages: names.into_iter().zip(run.seconds.map(|s| 1e3 * s)).collect(),
         relative_rms: outcome.relative_rms,
+        low_rank: Vec::new(),
         notes,
     };
-    let tracer = run.tracer;
-    Ok((Effective { values: outcome.values, summary }, tracer, outcome.plan.samples()))
+    let (samples, barely_seen) = (outcome.plan.samples(), outcome.barely_seen);
+    Ok(Traced { effective: Effective { values: outcome.values, summary }, tracer: run.tracer, samples, barely_seen })
 }
 
 impl Run<'_, '_> {
     /// Samples to start with: to project all triangles along a direction costs as much as some samples, which a round with fewer would
-    /// save nothing by leaving out.
+    /// save nothing by leaving out. What is expected to be needed is not tried with less, but for the pilot run.
     fn first(&self) -> u32 {
         let triangles = u32::try_from(self.tracer.surface.triangles.len()).unwrap_or(u32::MAX);
-        (triangles / 2).clamp(MIN_SAMPLES, MOST_FIRST).next_power_of_two()
+        let least = (triangles / 2).clamp(MIN_SAMPLES, MOST_FIRST).next_power_of_two();
+        // Rounded down: what lies below the pilot run counts among the samples that are kept.
+        let expected = if self.start == 0 { 1 } else { 1 << self.start.ilog2() };
+        least.max(expected.min(PILOT_SAMPLES))
     }
 
     /// Samples of the pilot run.
@@ -360,7 +391,8 @@ impl Run<'_, '_> {
         Ok((sums, last.filter(|_| parts == 1)))
     }
 
-    /// What clusters of unequal normals cost: the relative RMS difference of `S` from sums facet by facet, over some pairs.
+    /// What clusters of unequal normals cost: the relative RMS difference of `fbar` from sums facet by facet, over some pairs. Not of `S`: a
+    /// grazing viewer sees little, and counts as much as any.
     fn cluster_bias(&self) -> Result<f64> {
         let groups = &self.tracer.surface.groups;
         if !groups.iter().any(|g| g.cluster.is_some_and(|c| c.covariance != [0.0; 3])) {
@@ -375,12 +407,17 @@ impl Run<'_, '_> {
             sums
         };
         let (by_clusters, by_facets) = (sums(true), sums(false));
+        let mut areas = vec![[0.0; SETS]; demand.directions.len()];
+        prepared::add_areas(&batch, &demand, &mut areas);
         let total = |s: &PairSums, c: usize| s.iter().map(|set| set[c]).sum::<f64>();
         let (mut difference, mut energy) = (0.0, 0.0);
-        for (a, b) in by_clusters.iter().zip(&by_facets) {
+        for ((a, b), [_, viewer]) in by_clusters.iter().zip(&by_facets).zip(&demand.pairs) {
+            let area: f64 = areas[*viewer as usize].iter().sum();
             for c in 0..3 {
-                difference += (total(a, c) - total(b, c)).powi(2);
-                energy += total(b, c).powi(2);
+                if area > 0.0 {
+                    difference += ((total(a, c) - total(b, c)) / area).powi(2);
+                    energy += (total(b, c) / area).powi(2);
+                }
             }
         }
         Ok(if energy > 0.0 { (difference / energy).sqrt() } else { 0.0 })
@@ -408,7 +445,7 @@ impl Run<'_, '_> {
 }
 
 /// A part of a list, of about `count` pairs: those between some of the directions, since each direction costs.
-fn part_of(pairs: &[Pair], demand: &Demand, count: usize) -> Vec<Pair> {
+pub(super) fn part_of(pairs: &[Pair], demand: &Demand, count: usize) -> Vec<Pair> {
     // Half the directions make a quarter of the pairs of a table. Of a list that is none, pairs are left out all the same.
     let keep_one_in = (demand.pairs.len() as f64 / count as f64).sqrt().round().max(1.0);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of the whole numbers")]
@@ -436,7 +473,7 @@ fn clustering(small: &SmallScale, long: bool, width: f64) -> Option<Clustering> 
 }
 
 /// Samples, a power of two, that bring an error down by `factor`: it falls with the samples to about this power (measured: .63 to .8).
-fn needed(samples: u32, factor: f64) -> u32 {
+pub(super) fn needed(samples: u32, factor: f64) -> u32 {
     const RATE: f64 = 0.75;
     // One round too many costs more than a few samples too many.
     const MARGIN: f64 = 1.2;

@@ -3,20 +3,21 @@
 //! All methods are reached through [`effective`]. What a caller wants is in [`Quality`]; what it lends (a clock, a way to
 //! report progress and to be stopped) in [`Control`], so that no stage reads a global.
 
+mod auto;
 mod cluster_sums;
-mod demand;
+pub(crate) mod demand;
 mod direct;
 mod estimate;
 pub mod frozen;
 mod importance;
 #[cfg(test)]
 mod kernel_tests;
-mod lobes;
+pub(crate) mod lobes;
 pub mod low_rank;
 mod plan;
 pub mod prepared;
 mod reference;
-mod sums;
+pub(crate) mod sums;
 
 use crate::direction::Pair;
 use crate::error::{BadInput, Error, Result};
@@ -53,11 +54,24 @@ pub struct Quality {
     pub bounces: u32,
     /// A plan to repeat exactly, as an earlier [`Summary::plan`] printed it.
     pub plan: Option<String>,
+    /// Which form of the low-rank method.
+    pub variant: low_rank::Variant,
+    /// Where the low-rank method keeps what it computes once a BRDF, if anywhere.
+    pub cache: Option<low_rank::cache::Cache>,
 }
 
 impl Default for Quality {
     fn default() -> Self {
-        Self { method: Method::Auto, tolerance: 0.005, budget: None, seed: 0, bounces: 0, plan: None }
+        Self {
+            method: Method::Auto,
+            tolerance: 0.005,
+            budget: None,
+            seed: 0,
+            bounces: 0,
+            plan: None,
+            variant: low_rank::Variant::Paper,
+            cache: None,
+        }
     }
 }
 
@@ -70,12 +84,18 @@ impl Quality {
     pub fn method_to_run(&self) -> Result<Method> {
         let method = match (self.method, self.plan.as_deref().and_then(|p| p.split(':').next())) {
             (Method::Auto, Some("reference")) => Method::Reference,
+            (Method::Auto, Some("lowrank")) => Method::LowRank,
             (Method::Auto, None) if self.bounces > 0 => Method::Reference,
             (Method::Auto, _) => Method::Direct,
             (asked, _) => asked,
         };
-        if method == Method::Direct && self.bounces > 0 {
-            let problem = format!("{} reflections after the first are asked of the method `direct`", self.bounces);
+        let name = match method {
+            Method::Direct => "direct",
+            Method::LowRank => "lowrank",
+            _ => return Ok(method),
+        };
+        if self.bounces > 0 {
+            let problem = format!("{} reflections after the first are asked of the method `{name}`", self.bounces);
             let remedy = "it computes direct light only; ask for 0, or for the method `reference`";
             return Err(BadInput::new(problem, remedy).at_field("bounces").into());
         }
@@ -121,7 +141,7 @@ pub struct Value {
 /// How the values were made.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Summary {
-    /// The method that ran: `direct`, `reference`.
+    /// The method that ran: `direct`, `lowrank`, `lowrank improved`, `reference`.
     pub method: &'static str,
     /// Everything that fixes the bits beside the seed; [`Quality::plan`] takes it.
     pub plan: String,
@@ -135,8 +155,44 @@ pub struct Summary {
     pub stages: Vec<(&'static str, f64)>,
     /// Estimated relative RMS error of `fbar` over all pairs and channels (absolute if all are 0).
     pub relative_rms: f64,
+    /// What the matrices of each surface were (`lowrank`).
+    pub low_rank: Vec<LowRankFacts>,
     /// What the user should know.
     pub notes: Vec<String>,
+}
+
+/// The matrices of one surface in the low-rank method: their sizes, rows and columns, and what was kept of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct LowRankFacts {
+    /// Place of the surface.
+    pub surface: usize,
+    /// Of `N`, the bidirectional visible normal distribution.
+    pub n_size: [usize; 2],
+    /// Vectors kept of `N`.
+    pub n_rank: usize,
+    /// Share of its power that they keep, its mean aside.
+    pub n_energy: f64,
+    /// Of `M`, the turned BRDFs.
+    pub m_size: [usize; 2],
+    /// Vectors kept of `M`.
+    pub m_rank: usize,
+    /// Share of its power that they keep, its mean aside.
+    pub m_energy: f64,
+    /// Bytes of what is kept of `M`.
+    pub m_bytes: usize,
+}
+
+impl LowRankFacts {
+    /// Takes in those of further rows: sizes add up, ranks and energies are the worst.
+    fn unite(&mut self, other: &Self) {
+        self.n_size[0] += other.n_size[0];
+        self.m_size[0] += other.m_size[0];
+        self.n_rank = self.n_rank.max(other.n_rank);
+        self.m_rank = self.m_rank.max(other.m_rank);
+        self.n_energy = self.n_energy.min(other.n_energy);
+        self.m_energy = self.m_energy.min(other.m_energy);
+        self.m_bytes += other.m_bytes;
+    }
 }
 
 /// Effective values of a list of pairs.
@@ -158,11 +214,11 @@ pub struct Effective {
 /// [`Error::BadInput`] for a plan that is none.
 pub fn effective(surface: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
     match quality.method_to_run()? {
+        Method::Direct if quality.method == Method::Auto && quality.plan.is_none() => auto::auto(surface, pairs, quality, control),
         Method::Auto | Method::Direct => direct::direct(surface, pairs, quality, control),
         Method::Reference => reference::reference(surface, pairs, quality, control),
-        Method::LowRank | Method::SphericalGaussian => {
-            Err(Error::Unsupported { what: "this method".into(), remedy: "use `--method direct`".into() })
-        }
+        Method::LowRank => low_rank::low_rank(surface, pairs, quality, control),
+        Method::SphericalGaussian => Err(Error::Unsupported { what: "this method".into(), remedy: "use `--method direct`".into() }),
     }
 }
 

@@ -132,6 +132,7 @@ pub(super) fn reference(small: &SmallScale, pairs: &[Pair], quality: &Quality, c
         directions: demand.directions.len(),
         stages: vec![("prepare", 1e3 * (ready - start)), ("rays", 1e3 * ((control.clock)() - ready))],
         relative_rms,
+        low_rank: Vec::new(),
         notes,
     };
     Ok(Effective { values, summary })

@@ -15,7 +15,7 @@ const OCTAHEDRON: &str =
 /// Name, mesh file, further arguments, words that the message must have.
 type Case = (&'static str, &'static str, &'static [&'static str], &'static [&'static str]);
 
-const MESHES: [Case; 19] = [
+const MESHES: [Case; 22] = [
     (
         "three facets at one edge",
         "v 0 0 0\nv 20 0 0\nv 0 20 0\nv 0 -20 0\nv 0 0 20\nf 1 2 3\nf 2 1 4\nf 1 2 5\n",
@@ -44,13 +44,21 @@ const MESHES: [Case; 19] = [
     ("a facet larger than the page", TRIANGLE, &["--scale", "20"], &["--page", "facet 1 is", "--split"]),
     ("a hole where none may be", TRIANGLE, &["--closed"], &["--closed", "1 holes"]),
     ("paper thicker than the facets", OCTAHEDRON, &["--paper-thickness", "20"], &["--paper-thickness", "vanishes"]),
+    ("folds rounder than the facets", OCTAHEDRON, &["--paper-thickness", "0.1", "--fold-radius", "18"], &["vanishes", "--fold-radius"]),
+    ("a solid of two facets", OCTAHEDRON, &["--max-facets", "2"], &["--max-facets", "could be reduced", "not to 2"]),
+    (
+        "three facets at one edge, to be reduced",
+        "v 0 0 0\nv 20 0 0\nv 0 20 0\nv 0 -20 0\nv 0 0 20\nf 1 2 3\nf 2 1 4\nf 1 2 5\n",
+        &["--max-facets", "2"],
+        &["m.obj", "three facets meet"],
+    ),
     ("a mesh has no periods", TRIANGLE, &["--periods", "2x2"], &["--size", "no period"]),
 ];
 
 /// Name, arguments after `fold m.toml -o out.svg`, words.
 type ArgumentCase = (&'static str, &'static [&'static str], &'static [&'static str]);
 
-const ARGUMENTS: [ArgumentCase; 17] = [
+const ARGUMENTS: [ArgumentCase; 18] = [
     ("no paper of that name", &["--page", "b7"], &["--page", "b7", "a4"]),
     ("a roll without a width", &["--page", "roll:"], &["--page", "roll:WIDTH"]),
     ("a margin that leaves nothing", &["--margin", "80"], &["--page", "margin"]),
@@ -62,7 +70,8 @@ const ARGUMENTS: [ArgumentCase; 17] = [
     ("too many periods", &["--periods", "9999x9999"], &["triangles", "--size"]),
     ("a target that is none", &["--on", "ball:radius=3"], &["--on", "ball", "cylinder:radius=40,height=100"]),
     ("a target without a height", &["--on", "cylinder:radius=40"], &["--on", "height"]),
-    ("a target larger than the page", &["--on", "cylinder:radius=400,height=1000", "--scale", "20", "--force"], &["--on", "a3"]),
+    ("a target beyond all pages", &["--on", "cylinder:radius=2000,height=9000", "--scale", "99", "--force"], &["--on", "a3", "pages"]),
+    ("a K factor beyond the paper", &["--k-factor", "1.5"], &["--k-factor", "0.5"]),
     ("a tab of 0", &["--tab", "0"], &["--tab"]),
     ("no facets at all", &["--max-facets", "1"], &["--max-facets", "at least 2"]),
     ("a slope tolerance of 0", &["--slope-tolerance", "0"], &["--slope-tolerance"]),

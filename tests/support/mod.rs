@@ -1,5 +1,7 @@
 //! Small surfaces, directions and runs that test programs share.
 
+pub mod truth;
+
 use biscale::direction::Pair;
 use biscale::filter::{Control, Effective, Method, Quality, Value, effective};
 use biscale::material::{Material, SmallScale};
@@ -118,7 +120,31 @@ pub fn sound_and_reciprocal(surface: &SmallScale, pairs: &[Pair], plan: &str, wh
         assert_eq!(v.s, together.values[k].s, "{what}, {pair:?}: S in the long list");
         assert_eq!(v.s, together.values[pairs.len() + k].s, "{what}, {pair:?}: S reversed in the long list");
     }
+    low_rank_is_sound(surface, pairs, what);
     result
+}
+
+/// Runs both variants of the low-rank method with small settings, and fails unless their values are finite, not negative, and reciprocal in
+/// `S` within six of their standard errors.
+fn low_rank_is_sound(surface: &SmallScale, pairs: &[Pair], what: &str) {
+    for plan in ["lowrank:paper:facets=512:directions=6:rates=8x8", "lowrank:improved:facets=1024:normals=8"] {
+        let reversed = pairs.iter().map(|p| Pair { wi: p.wo, wo: p.wi });
+        let both: Vec<Pair> = pairs.iter().copied().chain(reversed).collect();
+        let result = run(surface, &both, &Quality { plan: Some(plan.to_owned()), ..Quality::default() });
+        assert_sound(&result, &both, &format!("{plan}, {what}"));
+        let (there, back) = result.values.split_at(pairs.len());
+        for ((a, b), pair) in there.iter().zip(back).zip(pairs) {
+            for c in 0..3 {
+                let (off, sigma) = ((a.s[c] - b.s[c]).abs(), a.s_se[c].hypot(b.s_se[c]));
+                assert!(
+                    off <= 6.0 * sigma + 1e-12 * a.s[c],
+                    "{plan}, {what}, {pair:?}: S {} and {}, standard error {sigma:e}",
+                    a.s[c],
+                    b.s[c]
+                );
+            }
+        }
+    }
 }
 
 /// Fails unless two results agree: at least 95 % of the values within 3 combined standard errors, all within 6, both beside rounding

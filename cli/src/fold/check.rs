@@ -26,7 +26,7 @@ pub fn run(file: &Path, against: &Path, common: &CommonArgs) -> Result<u8> {
     if let (Some(weave), false) = (source.weave(), seen.strips.is_empty()) {
         return strips(&seen, weave, scale * source.unit_mm(), &recipe, margin, file, common);
     }
-    let design = surface(&source, &recipe).map_err(|bad| bad.in_file(against))?;
+    let (design, _) = surface(&source, &recipe).map_err(|bad| bad.in_file(against))?;
     let report = verify(&seen, &design, margin).map_err(|bad| bad.in_file(file))?;
     let fine = report.failures.is_empty();
     if common.json {

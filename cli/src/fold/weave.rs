@@ -1,6 +1,8 @@
 //! `biscale fold` of a weave: strips of paper.
 
-use super::{FoldArgs, Outputs};
+use super::FoldArgs;
+use super::made::{preview_text, written};
+use super::outputs::Outputs;
 use crate::options::CommonArgs;
 use crate::output;
 use crate::progress;
@@ -38,28 +40,28 @@ pub fn run(
     let weave = source.weave().expect("the caller has looked");
     let scale = recipe.scale * source.unit_mm();
     let title = format!("{}, {} x {} repeats", source.name(path), recipe.periods[0], recipe.periods[1]);
-    let (strips, pages, wrap) = progress::with_control(common, |control| {
+    let (strips, pages, wrap, preview) = progress::with_control(common, |control| {
         (control.progress)("drawing", 0.0);
         let strips = strips::strips(weave, scale, recipe.periods, |part| source.colour_of_part(part));
         let mut pages = strips::pages(&strips, paper, &args.look(&title), args.force).map_err(Error::from)?;
         let wrap = super::wrap_sheet(args, source, recipe, paper, &title)?.map(|(wrap, told)| {
-            pages.insert(0, wrap.page);
+            pages.splice(0..0, wrap.pages);
             told
         });
         control.check()?;
-        Ok((strips, pages, wrap))
+        let preview = super::preview_of(args, source, recipe, control)?;
+        Ok((strips, pages, wrap, preview))
     })?;
     let mut recipe_json = json!(recipe);
     recipe_json["margin_mm"] = json!(paper.margin);
-    let (mesh, pattern) =
-        (Mesh { vertices: vec![], facets: vec![], edges: vec![], notes: vec![] }, Pattern { pieces: vec![], glued: vec![] });
+    let (mesh, pattern) = (Mesh { vertices: vec![], facets: vec![], edges: vec![], notes: vec![] }, Pattern::default());
     let content = Content { title: &title, pages: &pages, mesh: &mesh, pattern: &pattern, placed: &[], recipe: &recipe_json };
     let files = format.files(&content)?;
     let warps = strips.iter().filter(|s| s.warp).count();
-    let summary = json!({ "title": title, "strips": strips.len(), "warps": warps, "wefts": strips.len() - warps, "pages": pages.len(), "notes": source.notes() });
+    let summary = json!({ "title": title, "strips": strips.len(), "warps": warps, "wefts": strips.len() - warps, "pages": pages.len(), "preview": preview, "notes": source.notes() });
     let told: Vec<_> = strips
         .iter()
-        .map(|s| json!({ "strip": s.name, "length_mm": s.size.x, "width_mm": s.size.y, "over": s.crossings.iter().map(|c| u8::from(c.2)).collect::<Vec<_>>() }))
+        .map(|s| json!({ "strip": s.name, "length_mm": s.size.x, "width_mm": s.size.y, "over": s.crossings.iter().map(|c| u8::from(c.over)).collect::<Vec<_>>() }))
         .collect();
     let sidecar = json!({
         "creator": biscale_fabricate::fold_file::CREATOR,
@@ -79,6 +81,8 @@ pub fn run(
     for note in source.notes() {
         text.push_str(&format!("\nnote: {note}"));
     }
+    text.push_str(&preview_text(preview.as_ref()));
+    text.push_str(&written(&names));
     output::tell(common, &text);
     Ok(0)
 }

@@ -10,7 +10,7 @@ use resvg::usvg;
 use std::fmt::Write as _;
 use std::sync::Arc;
 
-/// The first comment of every SVG of this program: how an output is recognised.
+/// The first comment of every SVG of `biscale plot`: how an output is recognised.
 pub const MARK: &str = "made by biscale plot";
 
 const FONT: &str = "'DejaVu Sans', Verdana, Arial, sans-serif";
@@ -20,6 +20,8 @@ const FONT: &str = "'DejaVu Sans', Verdana, Arial, sans-serif";
 pub struct Svg {
     pub width: f64,
     pub height: f64,
+    /// The first comment of the file.
+    mark: &'static str,
     body: String,
 }
 
@@ -60,9 +62,14 @@ fn number(x: f64) -> String {
 }
 
 impl Svg {
-    /// A white picture.
+    /// A white picture of `biscale plot`.
     pub fn new(width: f64, height: f64) -> Self {
-        Self { width, height, body: format!("<rect width=\"{}\" height=\"{}\" fill=\"white\"/>\n", number(width), number(height)) }
+        Self::made_by(MARK, width, height)
+    }
+
+    /// A white picture whose first comment is `mark`.
+    pub fn made_by(mark: &'static str, width: f64, height: f64) -> Self {
+        Self { width, height, mark, body: format!("<rect width=\"{}\" height=\"{}\" fill=\"white\"/>\n", number(width), number(height)) }
     }
 
     /// A straight line.
@@ -94,6 +101,17 @@ impl Svg {
     pub fn polygon(&mut self, points: &[[f64; 2]], fill: &str) {
         let points: Vec<String> = points.iter().map(|[x, y]| format!("{},{}", number(*x), number(*y))).collect();
         let _ = writeln!(self.body, "<polygon points=\"{}\" fill=\"{fill}\"/>", points.join(" "));
+    }
+
+    /// A filled polygon with an outline.
+    pub fn outlined_polygon(&mut self, points: &[[f64; 2]], fill: &str, stroke: Stroke<'_>) {
+        let points: Vec<String> = points.iter().map(|[x, y]| format!("{},{}", number(*x), number(*y))).collect();
+        let _ = writeln!(
+            self.body,
+            "<polygon points=\"{}\" fill=\"{fill}\" stroke-linejoin=\"round\" {}/>",
+            points.join(" "),
+            stroke.attributes()
+        );
     }
 
     /// A rectangle with an outline.
@@ -140,7 +158,7 @@ impl Svg {
             out,
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\">"
         );
-        let _ = writeln!(out, "<!-- {MARK} -->");
+        let _ = writeln!(out, "<!-- {} -->", self.mark);
         out.push_str(&self.body);
         if let Some((png, image_height)) = image {
             let data = base64(png);

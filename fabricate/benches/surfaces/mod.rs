@@ -20,6 +20,26 @@ pub fn pyramids(n: u32, cell: f64, height: f64) -> Triangles {
     soup
 }
 
+/// V-grooves along y, `n` of them over `m` cells each.
+pub fn grooves(n: u32, m: u32, cell: f64, depth: f64) -> Triangles {
+    let mut soup = Triangles::default();
+    for j in 0..=m {
+        for i in 0..=2 * n {
+            let z = if i % 2 == 0 { 0.0 } else { -depth };
+            soup.vertices.push(DVec3::new(0.5 * f64::from(i) * cell, f64::from(j) * cell, z));
+        }
+    }
+    for j in 0..m {
+        for i in 0..2 * n {
+            let k = j * (2 * n + 1) + i;
+            let above = k + 2 * n + 1;
+            soup.triangles.extend([[k, k + 1, above + 1], [k, above + 1, above]]);
+        }
+    }
+    soup.colours = vec![[1.0; 3]; soup.triangles.len()];
+    soup
+}
+
 /// A random height field of `n` x `n` cells, heights from 0 to `amplitude`.
 pub fn heights(n: usize, cell: f64, amplitude: f64, seed: u64) -> Triangles {
     let mut random = Random::new(seed);

@@ -291,6 +291,8 @@ pub fn search<'p, 'a>(problem: &'p Problem<'a>, effort: Effort, stop: &Stop<'_>)
     let cut_length =
         |net: &Net<'_, '_>| -> f64 { (0..problem.mesh.edges.len()).filter(|&e| !net.joined[e]).map(|e| problem.mesh.length(e)).sum() };
     nets.into_iter()
-        .min_by(|a, b| (a.without_tab(), a.pieces).cmp(&(b.without_tab(), b.pieces)).then(cut_length(a).total_cmp(&cut_length(b))))
+        .min_by(|a, b| {
+            (a.without_tab().count(), a.pieces).cmp(&(b.without_tab().count(), b.pieces)).then(cut_length(a).total_cmp(&cut_length(b)))
+        })
         .expect("at least one run")
 }

@@ -3,6 +3,7 @@
 //! Nothing here uses the unfolder, its tabs, its layout or its drawing: what a reader of the file can see is all there is. The design is
 //! built again from the material, with the recipe that the file keeps.
 
+mod numbers;
 mod read_fold;
 mod read_svg;
 mod refold;
@@ -31,6 +32,8 @@ pub struct Seen {
     pub pages: Vec<DVec2>,
     /// The lowest and highest point of anything drawn on each page, with half the width of its line.
     pub extents: Vec<[DVec2; 2]>,
+    /// Numbers at edges that are glued: edge and facet of the design, and what stands there.
+    pub numbers: Vec<(u32, u32, String)>,
     /// The recipe.
     pub recipe: Value,
     /// The folded form that the file shows, for each facet its corners, if it does.
@@ -48,8 +51,8 @@ pub struct Seen {
 pub struct SeenFacet {
     /// The page.
     pub page: usize,
-    /// The piece's number.
-    pub piece: u32,
+    /// The piece's number, and which of its copies it is.
+    pub piece: [u32; 2],
     /// The facet of the design.
     pub facet: u32,
     /// Its corners, counter-clockwise.

@@ -129,16 +129,25 @@ pub fn read_fold(text: &str) -> Result<Seen, BadInput> {
         }
     };
     let (facets, pieces) = (own("faces_biscale:facet")?, own("faces_biscale:piece")?);
+    let copies = own("faces_biscale:copy")?;
     let mut seen = Seen { recipe: file.get("biscale:recipe").cloned().unwrap_or(Value::Null), ..Seen::default() };
     let flat = |v: usize| frame.vertices[v].truncate();
     for (k, face) in frame.faces.iter().enumerate() {
         let polygon: Vec<DVec2> = face.iter().map(|&v| flat(v)).collect();
         seen.turned += usize::from(super::refold::signed_area(&polygon) <= 0.0);
-        seen.facets.push(SeenFacet { page: 0, piece: pieces[k], facet: facets[k], polygon });
+        seen.facets.push(SeenFacet { page: 0, piece: [pieces[k], copies[k]], facet: facets[k], polygon });
     }
     for (k, ends) in frame.edges.iter().enumerate() {
         if let (Some('M' | 'V'), Some(Some(angle))) = (frame.assignment.get(k), frame.angles.get(k)) {
             seen.folds.push(SeenFold { page: 0, ends: ends.map(flat), angle: angle.to_radians() });
+        }
+    }
+    let (edges, numbers) = (list(&file, "edges_biscale:edge")?, list(&file, "edges_biscale:number")?);
+    for (k, (edge, number)) in edges.iter().zip(numbers).enumerate() {
+        let edge = edge.as_u64().and_then(|e| u32::try_from(e).ok()).ok_or_else(|| bad(format!("edges_biscale:edge: {edge}")))?;
+        let number = number.as_u64().ok_or_else(|| bad(format!("edges_biscale:number: {number}")))?;
+        if let (Some([Some(face), ..]), true) = (frame.edges_faces.get(k).map(Vec::as_slice), number > 0) {
+            seen.numbers.push((edge, facets[*face], number.to_string()));
         }
     }
     if !list(&file, "file_frames")?.is_empty() {

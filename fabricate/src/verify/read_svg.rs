@@ -30,6 +30,10 @@ fn number(node: Node<'_, '_>, attribute: &str) -> Result<f64, BadInput> {
     value.ok_or_else(|| bad(node, &format!("the attribute {attribute} is missing or no number")))
 }
 
+fn whole(node: Node<'_, '_>, attribute: &str) -> Result<u32, BadInput> {
+    node.attribute(attribute).and_then(|p| p.parse().ok()).ok_or_else(|| bad(node, &format!("{attribute} is no whole number")))
+}
+
 fn read_page(seen: &mut Seen, page: usize, text: &str) -> Result<(), BadInput> {
     let document =
         Document::parse(text).map_err(|e| BadInput::new(format!("this is no XML: {e}"), "name an SVG that `biscale fold` wrote"))?;
@@ -50,8 +54,16 @@ fn read_page(seen: &mut Seen, page: usize, text: &str) -> Result<(), BadInput> {
             let text = node.text().unwrap_or_default();
             seen.recipe = serde_json::from_str(text).map_err(|e| bad(node, &format!("the recipe is no JSON: {e}")))?;
         }
+        if node.has_attribute("data-number-of") {
+            let (edge, facet) = (whole(node, "data-number-of")?, whole(node, "data-on")?);
+            seen.numbers.push((edge, facet, node.text().unwrap_or_default().trim().to_owned()));
+        }
         let points: Vec<DVec2> = match name {
             "polygon" => pairs(node, node.attribute("points").unwrap_or_default())?,
+            "image" => {
+                let [x, y, w, h] = [number(node, "x")?, number(node, "y")?, number(node, "width")?, number(node, "height")?];
+                vec![DVec2::new(x, y), DVec2::new(x + w, y + h)]
+            }
             "path" => pairs(node, node.attribute("d").unwrap_or_default())?,
             _ => continue,
         };
@@ -62,8 +74,7 @@ fn read_page(seen: &mut Seen, page: usize, text: &str) -> Result<(), BadInput> {
         }
         if let Some(facet) = node.attribute("data-facet") {
             let facet = facet.parse().map_err(|_| bad(node, "data-facet is no whole number"))?;
-            let piece =
-                node.attribute("data-piece").and_then(|p| p.parse().ok()).ok_or_else(|| bad(node, "data-piece is no whole number"))?;
+            let piece = [whole(node, "data-piece")?, if node.has_attribute("data-copy") { whole(node, "data-copy")? } else { 1 }];
             seen.turned += usize::from(super::refold::signed_area(&points) <= 0.0);
             seen.facets.push(SeenFacet { page, piece, facet, polygon: points });
         } else if let Some(strip) = node.attribute("data-strip") {

@@ -39,6 +39,10 @@ pub struct Report {
     pub outline_area_error: Option<f64>,
     /// How far anything reaches into the margin.
     pub margin_violation_mm: f64,
+    /// Glued edges with a number, and those whose number is not the same on both sides or stands at edges that do not belong together.
+    pub numbered: usize,
+    /// Of these, how many are wrong.
+    pub wrong_numbers: usize,
     /// Least width of a facet.
     pub narrowest_facet_mm: f64,
     /// What is wrong, in words; nothing if all is well.
@@ -81,6 +85,7 @@ pub fn verify(seen: &Seen, design: &Mesh, margin: f64) -> Result<Report, BadInpu
     lengths(seen, design, &mut report);
     let links = links(seen, design, &mut report);
     refold(seen, design, &links, &mut report);
+    (report.numbered, report.wrong_numbers) = super::numbers::check(seen, design);
     overlaps(seen, &mut report);
     outlines(seen, &mut report);
     for (page, [low, high]) in seen.pages.iter().zip(&seen.extents) {
@@ -422,6 +427,7 @@ impl Report {
             self.outline_area_error.is_some_and(|e| exceeds(e, 1e-6)),
             "the cut lines do not hold the facets and tabs exactly".to_owned(),
         );
+        check(self.wrong_numbers > 0, format!("{} numbers at glued edges are wrong", self.wrong_numbers));
         check(self.margin_violation_mm > 1e-6, format!("something reaches {:.3} mm into the margin", self.margin_violation_mm));
         self.failures = failures;
     }
@@ -433,7 +439,7 @@ impl Report {
             "{} facets in {} pieces; {} missing or double\nlargest edge length error: {:.2e} of the length\n\
              largest fold angle error: {:.2e} degrees\nlargest position error after folding: {:.2e} mm\nlargest gap at glued edges: {:.2e} mm\n\
              folded form in the file: {} mm off\noverlaps: {}; crossings of cut lines: {}; area inside the cut lines: {} off\n\
-             reaches into the margin: {:.3} mm\nnarrowest facet: {:.2} mm",
+             reaches into the margin: {:.3} mm\nnumbers at glued edges: {}, {} wrong\nnarrowest facet: {:.2} mm",
             self.facets,
             self.pieces,
             self.missing_or_double,
@@ -446,6 +452,8 @@ impl Report {
             self.crossings,
             optional(self.outline_area_error),
             self.margin_violation_mm.max(0.0),
+            self.numbered,
+            self.wrong_numbers,
             self.narrowest_facet_mm
         )
     }

@@ -88,6 +88,11 @@ impl Measured {
         matches!(self.table, Table::Fit(_))
     }
 
+    /// Whether the data are looked up by half and difference angles in which a pair and its reverse are one.
+    pub fn is_reciprocal(&self) -> bool {
+        !matches!(self.table, Table::Rgl(_))
+    }
+
     /// Roughness of a GGX lobe about as wide as the measured one, or 1 where there is none: for importance sampling.
     pub fn lobe_alpha(&self) -> f64 {
         self.lobe_alpha

@@ -121,23 +121,48 @@ impl Map {
         self.cell[place].map(|c| c as usize)
     }
 
-    /// The cell whose direction is nearest to `n` (the first of several).
+    /// The cell whose direction is nearest to `n` (the first of several), among those a few pixels around its place.
+    ///
+    /// The maps stretch lengths by at most 2 against each other, so the nearest centre lies within this window, or, at the rim, where pixels
+    /// may be empty, within that of the other hemisphere.
     pub fn nearest(&self, n: DVec3) -> usize {
+        /// Pixels to each side.
+        const WINDOW: i32 = 3;
+        let upper = self.directions.len() - if self.is_sphere() { self.directions.len() / 2 } else { 0 };
+        let flat = if self.is_sphere() { n.with_z(n.z.abs()) } else { n.with_z(n.z.max(0.0)) };
+        let middle = ((self.projection.project(flat) + 1.0) * (0.5 * self.side as f64) - 0.5).round();
         let mut best = (0, f64::NEG_INFINITY);
-        for (cell, w) in self.directions.iter().enumerate() {
-            let cosine = n.dot(*w);
-            if cosine > best.1 {
-                best = (cell, cosine);
+        for below in [false, true].into_iter().take(if self.is_sphere() { 2 } else { 1 }) {
+            for dy in -WINDOW..=WINDOW {
+                for dx in -WINDOW..=WINDOW {
+                    let Some(cell) = self.cell_at(middle + DVec2::new(f64::from(dx), f64::from(dy))) else { continue };
+                    let cell = cell + if below { upper } else { 0 };
+                    let cosine = n.dot(self.directions[cell]);
+                    if cosine > best.1 {
+                        best = (cell, cosine);
+                    }
+                }
             }
         }
         best.0
+    }
+
+    /// Whether the lower hemisphere has cells too.
+    fn is_sphere(&self) -> bool {
+        self.directions.last().is_some_and(|w| w.z < 0.0)
+    }
+
+    /// Pixels of a side of the image.
+    pub fn side(&self) -> usize {
+        self.side
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::f64::consts::PI;
+    use crate::low_discrepancy::{fraction, sobol_2d};
+    use std::f64::consts::{PI, TAU};
 
     const BOTH: [Projection; 2] = [Projection::Paraboloid, Projection::EqualArea];
 
@@ -195,5 +220,25 @@ mod tests {
         let found = map.directions[map.nearest(n)];
         assert!(found.z < 0.0 && found.dot(n) > 0.95, "{found}");
         assert_eq!(map.nearest(map.directions[17]), 17);
+    }
+
+    #[test]
+    fn the_nearest_cell_is_the_one_that_looking_at_all_finds() {
+        for projection in BOTH {
+            for side in [1, 2, 3, 5, 12, 13, 31, 64] {
+                for map in [Map::hemisphere(projection, side), Map::sphere(projection, side)] {
+                    for k in 0..2000_u32 {
+                        let [x, y] = sobol_2d(k, 7).map(fraction);
+                        // Every tenth at the horizon, where pixels are empty.
+                        let z = if k % 10 == 0 { 0.02 * (2.0 * x - 1.0) } else { 2.0 * x - 1.0 };
+                        let n = DVec3::new((TAU * y).cos(), (TAU * y).sin(), 0.0) * f64::sqrt(1.0 - z * z) + DVec3::Z * z;
+                        let n = if map.is_sphere() { n } else { n.with_z(z.abs()) };
+                        let best = map.directions.iter().map(|w| w.dot(n)).fold(f64::NEG_INFINITY, f64::max);
+                        let found = map.directions[map.nearest(n)].dot(n);
+                        assert!(found >= best - 1e-12, "{projection:?}, side {side}, {n}: {found} for {best}");
+                    }
+                }
+            }
+        }
     }
 }

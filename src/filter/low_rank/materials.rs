@@ -7,11 +7,12 @@
 //! over a cell already), which cancels in the product.
 
 use super::map::Map;
-use super::normals::directions_of;
+use super::normals::PairRows;
 use crate::brdf::{Brdf, Colour};
 use crate::error::{Error, Result};
 use crate::low_rank::Factors;
-use faer::Mat;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatRef, Par};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -40,6 +41,16 @@ pub fn principal_colour(brdf: &Brdf, samples: impl Iterator<Item = [DVec3; 3]>) 
     Ok(direction.map(|x| sign * x))
 }
 
+/// `f(n, wi, wo)` of eq. 4 along a colour direction.
+pub fn along_colour(brdf: &Brdf, colour: &Colour, n: DVec3, wi: DVec3, wo: DVec3) -> f64 {
+    let (ci, co) = (n.dot(wi), n.dot(wo));
+    if ci <= 0.0 || co <= 0.0 {
+        return 0.0;
+    }
+    let value = brdf.eval(n, wi, wo);
+    (0..3).map(|c| colour[c] * value[c]).sum::<f64>() * ci * co
+}
+
 /// What `M` tabulates: one BRDF along one colour direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Tabulated<'a> {
@@ -47,8 +58,10 @@ pub struct Tabulated<'a> {
     pub brdf: &'a Brdf,
     /// Colour direction, unit.
     pub colour: Colour,
-    /// Directions to the light and to the viewer: rows are the pairs of its cells, as [`super::normals::row_of`] counts them.
+    /// Directions to the light and to the viewer: rows are the pairs of its cells.
     pub directions: &'a Map,
+    /// How they are counted.
+    pub pairs: PairRows,
     /// Normals: one column each.
     pub normals: &'a [DVec3],
     /// Solid angle of each normal's cell, sr.
@@ -56,33 +69,22 @@ pub struct Tabulated<'a> {
 }
 
 impl Tabulated<'_> {
-    /// Rows of `M`.
-    pub fn rows(&self) -> usize {
-        let count = self.directions.directions.len();
-        count * (count + 1) / 2
-    }
-
     /// Factor that scales a row.
     pub fn row_weight(&self, row: usize) -> f64 {
-        let [a, b] = directions_of(row);
+        let [a, b] = self.pairs.directions_of(row);
         (self.directions.solid_angles[a] * self.directions.solid_angles[b]).sqrt()
     }
 
     /// Element of `M`, not scaled.
     pub fn element(&self, [a, b]: [usize; 2], column: usize) -> f64 {
-        let (i, o, n) = (self.directions.directions[a], self.directions.directions[b], self.normals[column]);
-        let (ci, co) = (n.dot(i), n.dot(o));
-        if ci <= 0.0 || co <= 0.0 {
-            return 0.0;
-        }
-        let value = self.brdf.eval(n, i, o);
-        (0..3).map(|c| self.colour[c] * value[c]).sum::<f64>() * ci * co
+        let [i, o] = [a, b].map(|d| self.directions.directions[d]);
+        along_colour(self.brdf, &self.colour, self.normals[column], i, o)
     }
 
     /// Writes scaled rows: what [`crate::low_rank::factor`] takes.
     pub fn write(&self, rows: Range<usize>, out: &mut [f64]) {
         for (k, row) in rows.zip(out.chunks_exact_mut(self.normals.len().max(1))) {
-            let (pair, weight) = (directions_of(k), self.row_weight(k));
+            let (pair, weight) = (self.pairs.directions_of(k), self.row_weight(k));
             for (j, x) in row.iter_mut().enumerate() {
                 *x = self.element(pair, j) * weight * self.solid_angles[j].sqrt();
             }
@@ -90,7 +92,8 @@ impl Tabulated<'_> {
     }
 }
 
-/// A row of a factored matrix with its scale taken off, or a mixture of rows: `scale · mean + right · coefficients`.
+/// The coefficients of a row of a factored matrix with its scale taken off, or of a mixture of rows: the row is
+/// `scale · mean + right · coefficients`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
     scale: f64,
@@ -98,18 +101,33 @@ pub struct Row {
 }
 
 impl Row {
-    /// The sum of rows `(row, share, weight)`, each times its share and over the weight that it was scaled by. One row with share 1 is
-    /// itself; the cells around a direction with their shares interpolate.
-    pub fn mixture(factors: &Factors, rows: impl Iterator<Item = (usize, f64, f64)>) -> Self {
-        let mut sum = Self { scale: 0.0, coefficients: vec![0.0; factors.rank()] };
+    /// The sum of rows `(coefficients, share, weight)`, each times its share and over the weight that it was scaled by. One row with share 1
+    /// is itself; the cells around a direction with their shares interpolate.
+    pub fn mixture<I: Iterator<Item = f64>>(rank: usize, rows: impl Iterator<Item = (I, f64, f64)>) -> Self {
+        let mut sum = Self { scale: 0.0, coefficients: vec![0.0; rank] };
         for (row, share, weight) in rows {
             let factor = share / weight;
             sum.scale += factor;
-            for (k, c) in sum.coefficients.iter_mut().enumerate() {
-                *c += factor * factors.left[(row, k)];
+            for (c, x) in sum.coefficients.iter_mut().zip(row) {
+                *c += factor * x;
             }
         }
         sum
+    }
+}
+
+/// What the rows of a factored matrix are made of.
+#[derive(Clone, Copy, Debug)]
+pub struct Basis<'a> {
+    /// Mean of the rows.
+    pub mean: &'a [f64],
+    /// Orthonormal columns.
+    pub right: MatRef<'a, f64>,
+}
+
+impl<'a> From<&'a Factors> for Basis<'a> {
+    fn from(factors: &'a Factors) -> Self {
+        Self { mean: &factors.mean, right: factors.right.as_ref() }
     }
 }
 
@@ -126,18 +144,22 @@ pub struct Product {
 }
 
 impl Product {
-    /// `columns[j]` is the column of `M` for column `j` of `N`.
+    /// The sum goes over `columns`: each a column of `N` with its column of `M`.
     ///
     /// # Panics
-    /// If `columns` has not one element a column of `N`, or one that is no column of `M`.
-    pub fn new(n: &Factors, m: &Factors, columns: &[usize]) -> Self {
-        assert_eq!(columns.len(), n.mean.len(), "one column of M for each of N");
-        let sum = |f: &dyn Fn(usize, usize) -> f64| columns.iter().enumerate().map(|(j, &c)| f(j, c)).sum::<f64>();
+    /// If one is no column of its matrix.
+    pub fn new(n: Basis<'_>, m: Basis<'_>, columns: &[[usize; 2]]) -> Self {
+        let (rank_n, rank_m) = (n.right.ncols(), m.right.ncols());
+        let sum = |f: &dyn Fn(usize, usize) -> f64| columns.iter().map(|&[j, c]| f(j, c)).sum::<f64>();
+        let some =
+            |basis: Basis<'_>, which: usize| Mat::from_fn(columns.len(), basis.right.ncols(), |x, k| basis.right[(columns[x][which], k)]);
+        let mut both = Mat::zeros(rank_n, rank_m);
+        matmul(both.as_mut(), Accum::Replace, some(n, 0).transpose(), some(m, 1).as_ref(), 1.0, Par::Seq);
         Self {
             means: sum(&|j, c| n.mean[j] * m.mean[c]),
-            of_n: (0..n.rank()).map(|k| sum(&|j, c| n.right[(j, k)] * m.mean[c])).collect(),
-            of_m: (0..m.rank()).map(|k| sum(&|j, c| n.mean[j] * m.right[(c, k)])).collect(),
-            both: Mat::from_fn(n.rank(), m.rank(), |a, b| sum(&|j, c| n.right[(j, a)] * m.right[(c, b)])),
+            of_n: (0..rank_n).map(|k| sum(&|j, c| n.right[(j, k)] * m.mean[c])).collect(),
+            of_m: (0..rank_m).map(|k| sum(&|j, c| n.mean[j] * m.right[(c, k)])).collect(),
+            both,
         }
     }
 
@@ -145,7 +167,7 @@ impl Product {
     pub fn at(&self, n: &Row, m: &Row) -> f64 {
         let mut sum = self.means * n.scale * m.scale;
         for (b, y) in m.coefficients.iter().enumerate() {
-            let mixed: f64 = n.coefficients.iter().enumerate().map(|(a, x)| x * self.both[(a, b)]).sum();
+            let mixed: f64 = n.coefficients.iter().zip(self.both.col(b).iter()).map(|(x, with)| x * with).sum();
             sum += (mixed + n.scale * self.of_m[b]) * y;
         }
         sum + m.scale * n.coefficients.iter().zip(&self.of_n).map(|(x, with)| x * with).sum::<f64>()
@@ -155,7 +177,6 @@ impl Product {
 #[cfg(test)]
 mod tests {
     use super::super::map::Projection;
-    use super::super::normals::row_of;
     use super::*;
     use crate::brdf::Distribution;
     use crate::low_discrepancy::gaussian;
@@ -189,11 +210,13 @@ mod tests {
         let (grid, sphere) = (Map::hemisphere(Projection::Paraboloid, 6), Map::sphere(Projection::Paraboloid, 8));
         let brdf = rough();
         let colour = principal_colour(&brdf, samples(&Map::hemisphere(Projection::Paraboloid, 4))).unwrap();
-        let m = Tabulated { brdf: &brdf, colour, directions: &grid, normals: &sphere.directions, solid_angles: &sphere.solid_angles };
+        let pairs = PairRows { count: grid.directions.len(), reciprocal: true };
+        let m =
+            Tabulated { brdf: &brdf, colour, directions: &grid, pairs, normals: &sphere.directions, solid_angles: &sphere.solid_angles };
         // Some of the normals, seen by made-up amounts that vary smoothly with the pair, and a little at random.
         let columns: Vec<usize> = (0..sphere.directions.len()).step_by(3).collect();
         let seen = |k: usize, j: usize| {
-            let [a, b] = directions_of(k).map(|d| grid.directions[d]);
+            let [a, b] = pairs.directions_of(k).map(|d| grid.directions[d]);
             let n = sphere.directions[columns[j]];
             (1.0 + n.dot(a)) * (1.0 + n.dot(b)) + 1e-3 * gaussian(1, (k * 100 + j) as u64)
         };
@@ -211,13 +234,14 @@ mod tests {
             let [n, m_factors] = [0, 1].map(|which| {
                 let (columns, write) = matrices[which];
                 let params = Params { projection: 200, iteration: Iteration::None, energy: energies[which], seed: 2 };
-                factor(&Rows { rows: m.rows(), columns, write }, &params, &|| Ok(())).unwrap()
+                factor(&Rows { rows: pairs.rows(), columns, write }, &params, &|| Ok(())).unwrap()
             });
-            let product = Product::new(&n, &m_factors, &columns);
-            let row = |factors, k| Row::mixture(factors, std::iter::once((k, 1.0, m.row_weight(k))));
+            let both: Vec<[usize; 2]> = columns.iter().copied().enumerate().map(|(j, c)| [j, c]).collect();
+            let product = Product::new((&n).into(), (&m_factors).into(), &both);
+            let row = |f: &Factors, k| Row::mixture(f.rank(), std::iter::once((f.left.row(k).iter().copied(), 1.0, m.row_weight(k))));
             let (mut difference, mut energy) = (0.0, 0.0);
-            for k in 0..m.rows() {
-                let truth: f64 = (0..width).map(|j| seen(k, j) * m.element(directions_of(k), columns[j])).sum();
+            for k in 0..pairs.rows() {
+                let truth: f64 = (0..width).map(|j| seen(k, j) * m.element(pairs.directions_of(k), columns[j])).sum();
                 difference += (product.at(&row(&n, k), &row(&m_factors, k)) - truth).powi(2);
                 energy += truth * truth;
             }
@@ -239,10 +263,11 @@ mod tests {
         };
         let params = Params { energy: 1.0, ..Params::default() };
         let f = factor(&Rows { rows: 30, columns: 5, write: &write }, &params, &|| Ok(())).unwrap();
-        let product = Product::new(&f, &f, &[4, 3, 2, 1, 0]);
-        let single = |k| Row::mixture(&f, std::iter::once((k, 1.0, 2.0)));
-        let mixed = Row::mixture(&f, [(3, 0.25, 2.0), (row_of(2, 4), 0.75, 2.0)].into_iter());
-        let expected = 0.25 * product.at(&single(3), &single(9)) + 0.75 * product.at(&single(row_of(2, 4)), &single(9));
+        let product = Product::new((&f).into(), (&f).into(), &[[0, 4], [1, 3], [2, 2], [3, 1], [4, 0]]);
+        let row = |k: usize| f.left.row(k).iter().copied();
+        let single = |k| Row::mixture(f.rank(), std::iter::once((row(k), 1.0, 2.0)));
+        let mixed = Row::mixture(f.rank(), [(row(3), 0.25, 2.0), (row(12), 0.75, 2.0)].into_iter());
+        let expected = 0.25 * product.at(&single(3), &single(9)) + 0.75 * product.at(&single(12), &single(9));
         assert!((product.at(&mixed, &single(9)) - expected).abs() < 1e-9 * expected.abs().max(1.0));
         // And a row with itself reversed is what its elements say, each halved by the weight.
         let own: f64 = (0..5).map(|j| f.entry(3, j) * f.entry(3, 4 - j)).sum::<f64>() / 4.0;

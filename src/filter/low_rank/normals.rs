@@ -16,38 +16,51 @@ use std::ops::Range;
 pub struct Bins {
     /// Unit normal of each.
     pub normals: Vec<DVec3>,
-    /// The facets of each, and the area over the footprint that each stands for.
-    members: Vec<Vec<(u32, f64)>>,
+    /// The map's cell of each.
+    pub cells: Vec<usize>,
+    /// Area over the footprint of the facets of each.
+    pub areas: Vec<f64>,
+    /// The surface's facets.
+    range: Range<usize>,
+    /// For each facet of `range` its bin, and the area over the footprint that it stands for: 0 for those that only fill up.
+    members: Vec<(u32, f64)>,
 }
 
 impl Bins {
-    /// Bins of the facets `range`, those of one surface; `map` covers the sphere. Only normals that occur have a bin, in the order of the
-    /// map's cells.
+    /// Bins of the facets `range`, those of one surface, which start at a word of the visibility bits; `map` covers the sphere. Only normals
+    /// that occur have a bin, in the order of the map's cells.
     pub fn new(facets: &Facets, range: Range<usize>, map: &Map, normals: Normals) -> Self {
         let mut nearest: FxHashMap<[u32; 3], usize> = FxHashMap::default();
-        let mut of_cell: Vec<Vec<(u32, f64)>> = vec![Vec::new(); map.directions.len()];
-        for f in range {
-            if facets.triangle[f] != NO_TRIANGLE {
+        let mut cell_of: Vec<Option<usize>> = Vec::with_capacity(range.len());
+        let mut used = vec![false; map.directions.len()];
+        for f in range.clone() {
+            cell_of.push((facets.triangle[f] != NO_TRIANGLE).then(|| {
                 let n = facets.normal_of(f);
                 // Facets of one triangle have the same bits.
                 let cell = *nearest.entry(n.to_array().map(f32::to_bits)).or_insert_with(|| map.nearest(n.as_dvec3()));
+                used[cell] = true;
+                cell
+            }));
+        }
+        let cells: Vec<usize> = (0..used.len()).filter(|&c| used[c]).collect();
+        let (mut areas, mut sums) = (vec![0.0; cells.len()], vec![DVec3::ZERO; cells.len()]);
+        let members = range
+            .clone()
+            .zip(cell_of)
+            .map(|(f, cell)| {
+                let Some(cell) = cell else { return (0, 0.0) };
+                let bin = cells.binary_search(&cell).expect("every cell of a facet is used");
                 let area = f64::from(facets.weight[f]) / facets.samples as f64;
-                of_cell[cell].push((u32::try_from(f).expect("facets are counted in u32"), area));
-            }
-        }
-        let mut bins = Self { normals: Vec::new(), members: Vec::new() };
-        for (cell, members) in of_cell.into_iter().enumerate().filter(|(_, members)| !members.is_empty()) {
-            let centre = map.directions[cell];
-            bins.normals.push(match normals {
-                Normals::Nearest => centre,
-                Normals::Means => {
-                    let sum: DVec3 = members.iter().map(|&(f, area)| facets.normal_of(f as usize).as_dvec3() * area).sum();
-                    sum.try_normalize().unwrap_or(centre)
-                }
-            });
-            bins.members.push(members);
-        }
-        bins
+                areas[bin] += area;
+                sums[bin] += facets.normal_of(f).as_dvec3() * area;
+                (u32::try_from(bin).expect("cells are counted in u32"), area)
+            })
+            .collect();
+        let normal = |(&cell, sum): (&usize, &DVec3)| match normals {
+            Normals::Nearest => map.directions[cell],
+            Normals::Means => sum.try_normalize().unwrap_or(map.directions[cell]),
+        };
+        Self { normals: cells.iter().zip(&sums).map(normal).collect(), cells, areas, range, members }
     }
 
     /// Columns of `N`: one a bin, or three where facets have colour weights of their own.
@@ -57,16 +70,20 @@ impl Bins {
 
     /// Writes the row of `N` of a pair whose directions have the rows `i` and `o` of `bits`.
     pub fn write_row(&self, facets: &Facets, bits: &Bits, [i, o]: [usize; 2], row: &mut [f64]) {
-        let (seen_i, seen_o) = (bits.row(i), bits.row(o));
-        let seen = |f: u32| (seen_i[f as usize / 64] & seen_o[f as usize / 64]) >> (f % 64) & 1 == 1;
         row.fill(0.0);
-        for (j, members) in self.members.iter().enumerate() {
-            for &(f, area) in members.iter().filter(|m| seen(m.0)) {
+        let words = self.range.start / 64..self.range.end.div_ceil(64);
+        let (seen_i, seen_o) = (&bits.row(i)[words.clone()], &bits.row(o)[words]);
+        for (word, (a, b)) in seen_i.iter().zip(seen_o).enumerate() {
+            let mut seen = a & b;
+            while seen != 0 {
+                let k = 64 * word + seen.trailing_zeros() as usize;
+                seen &= seen - 1;
+                let (bin, area) = self.members[k];
                 match &facets.tint {
-                    None => row[j] += area,
+                    None => row[bin as usize] += area,
                     Some(tint) => {
                         for (c, channel) in tint.iter().enumerate() {
-                            row[3 * j + c] += area * f64::from(channel[f as usize]);
+                            row[3 * bin as usize + c] += area * f64::from(channel[self.range.start + k]);
                         }
                     }
                 }
@@ -75,23 +92,45 @@ impl Bins {
     }
 }
 
-/// Row of `N` of two directions of a grid: pairs `a <= b` in the order `(0,0) (0,1) (1,1) (0,2)...`.
-pub fn row_of(a: usize, b: usize) -> usize {
-    let (low, high) = (a.min(b), a.max(b));
-    high * (high + 1) / 2 + low
+/// How pairs of directions of a grid are counted as rows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PairRows {
+    /// Directions of the grid.
+    pub count: usize,
+    /// Whether a pair and its reverse share a row.
+    pub reciprocal: bool,
 }
 
-/// The two directions of a row, as [`row_of`] counts them.
-pub fn directions_of(row: usize) -> [usize; 2] {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a root of a usize; put right below")]
-    let mut high = (((8.0 * row as f64 + 1.0).sqrt() - 1.0) / 2.0) as usize;
-    while high * (high + 1) / 2 > row {
-        high -= 1;
+impl PairRows {
+    /// Rows.
+    pub fn rows(self) -> usize {
+        if self.reciprocal { self.count * (self.count + 1) / 2 } else { self.count * self.count }
     }
-    while (high + 1) * (high + 2) / 2 <= row {
-        high += 1;
+
+    /// Row of two directions: pairs `a <= b` in the order `(0,0) (0,1) (1,1) (0,2)...`, or all pairs.
+    pub fn row_of(self, a: usize, b: usize) -> usize {
+        if !self.reciprocal {
+            return a * self.count + b;
+        }
+        let (low, high) = (a.min(b), a.max(b));
+        high * (high + 1) / 2 + low
     }
-    [row - high * (high + 1) / 2, high]
+
+    /// The two directions of a row, as [`PairRows::row_of`] counts them.
+    pub fn directions_of(self, row: usize) -> [usize; 2] {
+        if !self.reciprocal {
+            return [row / self.count, row % self.count];
+        }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a root of a usize; put right below")]
+        let mut high = (((8.0 * row as f64 + 1.0).sqrt() - 1.0) / 2.0) as usize;
+        while high * (high + 1) / 2 > row {
+            high -= 1;
+        }
+        while (high + 1) * (high + 2) / 2 <= row {
+            high += 1;
+        }
+        [row - high * (high + 1) / 2, high]
+    }
 }
 
 #[cfg(test)]
@@ -99,7 +138,7 @@ mod tests {
     use super::super::Variant;
     use super::*;
     use crate::facets::{Density, Runs, Surface, sample};
-    use crate::low_rank::{Factors, Rows, factor};
+    use crate::low_rank::{Factors, Params, Rows, factor};
     use crate::material::{Material, SmallScale};
     use crate::visibility::raster;
     use std::path::Path;
@@ -117,7 +156,7 @@ mod tests {
         let small = Material::load(&path).unwrap().build().unwrap();
         let surface = Surface::new(&small, None);
         let facets = sample(&small, &surface, &Density::uniform(&surface), Runs::of_block(0, 2048, 0, 1), 3);
-        let map = Map::hemisphere(variant.projection(), 12);
+        let map = Map::hemisphere(variant.choices().projection, 12);
         let words = facets.triangle.len() / 64;
         let mut bits = Bits { words, rows: vec![0; words * map.directions.len()] };
         for (row, &w) in bits.rows.chunks_mut(words).zip(&map.directions) {
@@ -130,10 +169,10 @@ mod tests {
     fn sums(seen: &Seen, bins: &Bins, n: &dyn Fn(usize, usize) -> f64) -> (Vec<f64>, Vec<f64>) {
         let brdf = &seen.small.surfaces[0].brdf;
         let f = |n: DVec3, i: DVec3, o: DVec3| brdf.eval(n, i, o)[0] * n.dot(i).max(0.0) * n.dot(o).max(0.0);
-        let count = seen.map.directions.len();
-        (0..count * (count + 1) / 2)
+        let pairs = PairRows { count: seen.map.directions.len(), reciprocal: true };
+        (0..pairs.rows())
             .map(|k| {
-                let [a, b] = directions_of(k);
+                let [a, b] = pairs.directions_of(k);
                 let (i, o) = (seen.map.directions[a], seen.map.directions[b]);
                 let binned: f64 = bins.normals.iter().enumerate().map(|(j, &normal)| n(k, j) * f(normal, i, o)).sum();
                 let mut single = 0.0;
@@ -159,19 +198,20 @@ mod tests {
 
     /// Errors of eq. 8 with the whole of N, and of eq. 12 with its factors, against sums facet by facet; and the factors.
     fn errors(tile: &str, variant: Variant) -> (f64, f64, Factors) {
-        let seen = seen(tile, variant);
-        let bins = Bins::new(&seen.facets, 0..seen.facets.triangle.len(), &Map::sphere(variant.projection(), 16), variant.normals());
+        let (seen, choices) = (seen(tile, variant), variant.choices());
+        let bins = Bins::new(&seen.facets, 0..seen.facets.triangle.len(), &Map::sphere(choices.projection, 16), choices.normals);
         let columns = bins.columns(&seen.facets);
-        let count = seen.map.directions.len();
+        let pairs = PairRows { count: seen.map.directions.len(), reciprocal: true };
         let write = |rows: Range<usize>, out: &mut [f64]| {
             for (k, row) in rows.zip(out.chunks_exact_mut(columns)) {
-                bins.write_row(&seen.facets, &seen.bits, directions_of(k), row);
+                bins.write_row(&seen.facets, &seen.bits, pairs.directions_of(k), row);
             }
         };
-        let rows = count * (count + 1) / 2;
+        let rows = pairs.rows();
         let mut table = vec![0.0; rows * columns];
         write(0..rows, &mut table);
-        let factors = factor(&Rows { rows, columns, write: &write }, &variant.params(1), &|| Ok(())).unwrap();
+        let params = Params { iteration: choices.iteration, seed: 1, ..Params::default() };
+        let factors = factor(&Rows { rows, columns, write: &write }, &params, &|| Ok(())).unwrap();
         let (whole, truth) = sums(&seen, &bins, &|k, j| table[k * columns + j]);
         let (low, _) = sums(&seen, &bins, &|k, j| factors.entry(k, j));
         (relative_rms(&whole, &truth), relative_rms(&low, &truth), factors)
@@ -179,9 +219,13 @@ mod tests {
 
     #[test]
     fn rows_and_pairs_of_directions_are_counted_alike() {
-        for row in 0..5000 {
-            let [a, b] = directions_of(row);
-            assert!(a <= b && row_of(a, b) == row && row_of(b, a) == row, "row {row}: {a}, {b}");
+        for reciprocal in [true, false] {
+            let pairs = PairRows { count: 100, reciprocal };
+            for row in 0..pairs.rows() {
+                let [a, b] = pairs.directions_of(row);
+                assert!(a < 100 && b < 100 && pairs.row_of(a, b) == row, "row {row}: {a}, {b}");
+                assert_eq!(pairs.row_of(b, a) == row, reciprocal || a == b, "row {row}: {a}, {b}");
+            }
         }
     }
 

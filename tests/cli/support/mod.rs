@@ -81,10 +81,10 @@ impl Folder {
         files
     }
 
-    /// The command with these arguments, to be run in this folder.
+    /// The command with these arguments, to be run in this folder, with a cache in its subfolder `cache`.
     pub fn command<I: IntoIterator<Item: AsRef<OsStr>>>(&self, arguments: I) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_biscale"));
-        command.args(arguments).current_dir(self.0.path());
+        command.args(arguments).current_dir(self.0.path()).env("BISCALE_CACHE", self.path("cache"));
         command
     }
 

@@ -1,0 +1,209 @@
+//! The catalogue of checks: codes, thresholds, and what to do when one fails.
+
+use biscale::formats::capture::{Check, Severity};
+
+/// A code of the catalogue, with what it is about. `docs/capture.md` lists them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[expect(missing_docs, reason = "the names are the codes; `Code::about` says what each is")]
+pub enum Code {
+    Unreadable,
+    WrongSize,
+    NotLinear,
+    AssumedSrgb,
+    Clipped,
+    Underexposed,
+    Blurry,
+    SettingsChanged,
+    NoExposure,
+    BoardNotFound,
+    BoardPartial,
+    OtherMarkers,
+    TooFewViews,
+    BadCoverage,
+    CalibrationError,
+    ScaleMismatch,
+    PoseError,
+    NoScale,
+    UnevenLight,
+    CheckerNotFound,
+    CheckerBadFit,
+    LightNotFound,
+    LightInconsistent,
+    SameLight,
+    Undersampled,
+    NoPeriod,
+    AmbiguousWeave,
+}
+
+/// All codes with their names and meanings, in the order of the work.
+pub const CATALOGUE: [(Code, &str, &str); 27] = [
+    (Code::Unreadable, "UNREADABLE", "a file is no image, or damaged"),
+    (Code::WrongSize, "WRONG_SIZE", "a photograph has another size than the others"),
+    (Code::NotLinear, "NOT_LINEAR", "values are not proportional to light"),
+    (Code::AssumedSrgb, "ASSUMED_SRGB", "8-bit values were taken as sRGB, as asked"),
+    (Code::Clipped, "CLIPPED", "pixels of the sample are saturated"),
+    (Code::Underexposed, "UNDEREXPOSED", "the sample uses a small part of the scale"),
+    (Code::Blurry, "BLURRY", "edges of the markers are spread"),
+    (Code::SettingsChanged, "SETTINGS_CHANGED", "aperture, focal length or camera changed between photographs"),
+    (Code::NoExposure, "NO_EXPOSURE", "neither the file nor the shoot file says the exposure"),
+    (Code::BoardNotFound, "BOARD_NOT_FOUND", "no board or marker of the sheet is seen"),
+    (Code::BoardPartial, "BOARD_PARTIAL", "few of the board's corners are seen"),
+    (Code::OtherMarkers, "OTHER_MARKERS", "markers of another family are seen"),
+    (Code::TooFewViews, "TOO_FEW_VIEWS", "too few views of the board"),
+    (Code::BadCoverage, "BAD_COVERAGE", "the views leave parts of the picture without corners"),
+    (Code::CalibrationError, "CALIBRATION_ERROR", "the calibrated camera does not explain its views, or is uncertain"),
+    (Code::ScaleMismatch, "SCALE_MISMATCH", "lengths disagree: the print is not at 100 %, or a length is wrong"),
+    (Code::PoseError, "POSE_ERROR", "the markers do not lie where the shape says"),
+    (Code::NoScale, "NO_SCALE", "nothing tells how large the close-up is"),
+    (Code::UnevenLight, "UNEVEN_LIGHT", "the light is not even"),
+    (Code::CheckerNotFound, "CHECKER_NOT_FOUND", "no colour checker is seen"),
+    (Code::CheckerBadFit, "CHECKER_BAD_FIT", "the colours of the checker are not reached"),
+    (Code::LightNotFound, "LIGHT_NOT_FOUND", "a light's direction cannot be told"),
+    (Code::LightInconsistent, "LIGHT_INCONSISTENT", "two sources disagree on a light's direction"),
+    (Code::SameLight, "SAME_LIGHT", "the validation photograph is under the light of the others"),
+    (Code::Undersampled, "UNDERSAMPLED", "threads are too few pixels wide"),
+    (Code::NoPeriod, "NO_PERIOD", "the close-up does not repeat"),
+    (Code::AmbiguousWeave, "AMBIGUOUS_WEAVE", "more than one weave explains the close-up"),
+];
+
+impl Code {
+    fn entry(self) -> (&'static str, &'static str) {
+        CATALOGUE.iter().find(|c| c.0 == self).map_or(("", ""), |c| (c.1, c.2))
+    }
+
+    /// Its name in reports.
+    pub fn name(self) -> &'static str {
+        self.entry().0
+    }
+
+    /// What it is about.
+    pub fn about(self) -> &'static str {
+        self.entry().1
+    }
+}
+
+/// Limits of a check: over `warn` it warns, over `fail` it fails.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Above it, a warning.
+    pub warn: f64,
+    /// Above it, a failure.
+    pub fail: f64,
+}
+
+/// Share of the sample's pixels that may be saturated.
+pub const CLIPPED: Limits = Limits { warn: 1e-3, fail: 0.05 };
+/// The sample's brightest values (95th percentile) over the full scale: below.
+pub const UNDEREXPOSED_WARN: f64 = 0.1;
+/// As [`UNDEREXPOSED_WARN`], failing.
+pub const UNDEREXPOSED_FAIL: f64 = 0.01;
+/// Edge spread (10 to 90 %), px.
+pub const BLURRY: Limits = Limits { warn: 2.0, fail: 5.0 };
+/// Exponent of the tone curve, away from 1.
+pub const NOT_LINEAR: Limits = Limits { warn: 0.08, fail: 0.15 };
+/// Delta E 2000 of a patch.
+pub const CHECKER: Limits = Limits { warn: 3.0, fail: 6.0 };
+/// Lengths that should agree, relative.
+pub const SCALE: Limits = Limits { warn: 5e-3, fail: 0.02 };
+/// Two sources of a light, degrees.
+pub const LIGHT: Limits = Limits { warn: 2.0, fail: 5.0 };
+/// Light over the sheet, or of the flat field beside its radial part: largest over smallest, less 1.
+pub const UNEVEN: Limits = Limits { warn: 0.1, fail: 0.5 };
+/// Reprojection error of a pose, px.
+pub const POSE: Limits = Limits { warn: 1.0, fail: 3.0 };
+/// Reprojection error of the calibration, px. The gates of `OpenCV`'s interactive calibration.
+pub const CALIBRATION_RMS: f64 = 0.5;
+/// Three standard deviations of focal length and principal point, relative to themselves.
+pub const CALIBRATION_SIGMA: f64 = 0.05;
+/// Views: more than this.
+pub const VIEWS: u32 = 10;
+/// Fewest views that a calibration is tried with.
+pub const FEWEST_VIEWS: u32 = 3;
+/// Share of the 10 x 10 grid that has corners.
+pub const COVERAGE: f64 = 0.5;
+/// Angle between the light of the validation photograph and that of the others, degrees: at least.
+pub const SAME_LIGHT_DEG: f64 = 10.0;
+/// Share of a board's corners: below it is partial.
+pub const PARTIAL: f64 = 0.5;
+
+/// All checks of a run.
+#[derive(Clone, Debug, Default)]
+pub struct Checks(pub Vec<Check>);
+
+impl Checks {
+    /// Adds one.
+    pub fn add(&mut self, code: Code, severity: Severity, photograph: Option<&str>, message: impl Into<String>) -> &mut Check {
+        self.0.push(Check {
+            code: code.name().to_owned(),
+            severity,
+            message: message.into(),
+            measured: None,
+            threshold: None,
+            unit: String::new(),
+            photograph: photograph.map(str::to_owned),
+        });
+        self.0.last_mut().expect("one was just added")
+    }
+
+    /// Adds one by its limits; `good` and `bad` are what is said.
+    pub fn limit(
+        &mut self,
+        code: Code,
+        photograph: Option<&str>,
+        measured: f64,
+        limits: Limits,
+        unit: &str,
+        good: &str,
+        bad: &str,
+    ) -> Severity {
+        let severity = if !(measured <= limits.fail) {
+            Severity::Fail
+        } else if measured > limits.warn {
+            Severity::Warn
+        } else {
+            Severity::Ok
+        };
+        let threshold = if severity == Severity::Fail { limits.fail } else { limits.warn };
+        self.valued(code, severity, photograph, measured, threshold, unit, if severity == Severity::Ok { good } else { bad });
+        severity
+    }
+
+    /// Adds one with its measured value.
+    #[expect(clippy::too_many_arguments, reason = "these are the fields of a check")]
+    pub fn valued(
+        &mut self,
+        code: Code,
+        severity: Severity,
+        photograph: Option<&str>,
+        measured: f64,
+        threshold: f64,
+        unit: &str,
+        message: &str,
+    ) {
+        let check = self.add(code, severity, photograph, message);
+        check.measured = measured.is_finite().then_some(measured);
+        check.threshold = Some(threshold);
+        unit.clone_into(&mut check.unit);
+    }
+
+    /// The worst of them.
+    pub fn worst(&self) -> Severity {
+        self.0.iter().map(|c| c.severity).max().unwrap_or(Severity::Ok)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_decide_and_what_is_no_number_fails() {
+        let mut checks = Checks::default();
+        for (measured, severity) in [(1.0, Severity::Ok), (2.5, Severity::Warn), (5.5, Severity::Fail), (f64::NAN, Severity::Fail)] {
+            assert_eq!(checks.limit(Code::Blurry, None, measured, BLURRY, "px", "good", "bad"), severity, "{measured}");
+        }
+        assert_eq!(checks.worst(), Severity::Fail);
+        assert_eq!((checks.0[1].measured, checks.0[1].threshold, &*checks.0[1].code), (Some(2.5), Some(2.0), "BLURRY"));
+        assert_eq!(checks.0[3].measured, None);
+    }
+}

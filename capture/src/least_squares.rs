@@ -1,0 +1,170 @@
+//! Small nonlinear least squares: Levenberg-Marquardt with numeric derivatives.
+//!
+//! For problems of up to about twenty unknowns and smooth residuals: poses, colour matrices. It is no general solver: no bounds, no sparse
+//! problems.
+
+/// What a fit ends with.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// Best parameters.
+    pub parameters: Vec<f64>,
+    /// Sum of squared residuals there.
+    pub cost: f64,
+    /// `(J^T J)^-1`, row by row: the covariance for residuals of unit variance. `None` if something is not determined.
+    pub covariance: Option<Vec<f64>>,
+}
+
+/// Most steps.
+const STEPS: usize = 60;
+/// Relative change of the cost that ends the search.
+const ENOUGH: f64 = 1e-12;
+
+/// Minimises the sum of squared `residuals` from `start`; `scale` is a typical change of each parameter (for the derivatives: 1e-4 of it).
+///
+/// Returns `None` if the residuals at `start` are not finite.
+pub fn minimise(start: &[f64], scale: &[f64], residuals: &dyn Fn(&[f64]) -> Vec<f64>) -> Option<Fit> {
+    let n = start.len();
+    let cost_of = |r: &[f64]| r.iter().map(|v| v * v).sum::<f64>();
+    let mut x = start.to_vec();
+    let mut r = residuals(&x);
+    let mut cost = cost_of(&r);
+    if !cost.is_finite() {
+        return None;
+    }
+    let mut damping = 1e-3;
+    let (mut normal, mut gradient) = normal_equations(&x, scale, &r, residuals);
+    for _ in 0..STEPS {
+        let mut damped = normal.clone();
+        for k in 0..n {
+            damped[k * n + k] += damping * normal[k * n + k].max(f64::MIN_POSITIVE);
+        }
+        let Some(inverse) = invert(&damped, n) else {
+            damping *= 10.0;
+            if damping > 1e12 {
+                break;
+            }
+            continue;
+        };
+        let trial: Vec<f64> = (0..n).map(|i| x[i] - (0..n).map(|k| inverse[i * n + k] * gradient[k]).sum::<f64>()).collect();
+        let trial_r = residuals(&trial);
+        let trial_cost = cost_of(&trial_r);
+        if trial_cost.is_finite() && trial_cost <= cost {
+            let gain = cost - trial_cost;
+            (x, r, cost) = (trial, trial_r, trial_cost);
+            damping = (damping * 0.2).max(1e-12);
+            (normal, gradient) = normal_equations(&x, scale, &r, residuals);
+            if gain <= ENOUGH * cost {
+                break;
+            }
+        } else {
+            damping *= 6.0;
+            if damping > 1e12 {
+                break;
+            }
+        }
+    }
+    Some(Fit { covariance: invert(&normal, n), parameters: x, cost })
+}
+
+/// `J^T J` and `J^T r`, by central differences.
+fn normal_equations(x: &[f64], scale: &[f64], r: &[f64], residuals: &dyn Fn(&[f64]) -> Vec<f64>) -> (Vec<f64>, Vec<f64>) {
+    let n = x.len();
+    let columns: Vec<Vec<f64>> = (0..n)
+        .map(|k| {
+            let h = 1e-4 * scale[k];
+            let at = |d: f64| {
+                let mut x = x.to_vec();
+                x[k] += d;
+                residuals(&x)
+            };
+            let (up, down) = (at(h), at(-h));
+            up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * h)).collect()
+        })
+        .collect();
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let normal = (0..n * n).map(|i| dot(&columns[i / n], &columns[i % n])).collect();
+    (normal, columns.iter().map(|c| dot(c, r)).collect())
+}
+
+/// Inverse of a symmetric positive matrix by Cholesky's method; `None` if it is not positive.
+pub fn invert(matrix: &[f64], n: usize) -> Option<Vec<f64>> {
+    // Scaled to a unit diagonal first: parameters have different units.
+    let d: Vec<f64> = (0..n).map(|i| matrix[i * n + i].sqrt()).collect();
+    if d.iter().any(|v| !(v.is_finite() && *v > 0.0)) {
+        return None;
+    }
+    let mut l = vec![0.0; n * n];
+    for i in 0..n {
+        for j in 0..=i {
+            let sum: f64 = matrix[i * n + j] / (d[i] * d[j]) - (0..j).map(|k| l[i * n + k] * l[j * n + k]).sum::<f64>();
+            l[i * n + j] = if i == j {
+                if !(sum > 1e-14) {
+                    return None;
+                }
+                sum.sqrt()
+            } else {
+                sum / l[j * n + j]
+            };
+        }
+    }
+    let mut out = vec![0.0; n * n];
+    for c in 0..n {
+        let mut y = vec![0.0; n];
+        for i in 0..n {
+            let unit = if i == c { 1.0 } else { 0.0 };
+            y[i] = (unit - (0..i).map(|k| l[i * n + k] * y[k]).sum::<f64>()) / l[i * n + i];
+        }
+        for i in (0..n).rev() {
+            y[i] = (y[i] - (i + 1..n).map(|k| l[k * n + i] * y[k]).sum::<f64>()) / l[i * n + i];
+        }
+        for i in 0..n {
+            out[i * n + c] = y[i] / (d[i] * d[c]);
+        }
+    }
+    Some(out)
+}
+
+/// Linear least squares: the `x` with the smallest `|rows x - values|`; `None` if it is not determined. Rows of equal length.
+pub fn linear(rows: &[Vec<f64>], values: &[f64]) -> Option<Vec<f64>> {
+    let n = rows.first()?.len();
+    let mut normal = vec![0.0; n * n];
+    let mut right = vec![0.0; n];
+    for (row, v) in rows.iter().zip(values) {
+        for i in 0..n {
+            right[i] += row[i] * v;
+            for j in 0..n {
+                normal[i * n + j] += row[i] * row[j];
+            }
+        }
+    }
+    let inverse = invert(&normal, n)?;
+    Some((0..n).map(|i| (0..n).map(|j| inverse[i * n + j] * right[j]).sum()).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rosenbrock_s_valley_is_followed_to_its_end() {
+        let fit = minimise(&[-1.2, 1.0], &[1.0, 1.0], &|x| vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]]).unwrap();
+        assert!((fit.parameters[0] - 1.0).abs() < 1e-6 && (fit.parameters[1] - 1.0).abs() < 1e-6, "{fit:?}");
+    }
+
+    #[test]
+    fn a_line_s_covariance_is_that_of_the_textbook() {
+        // y = a + b x at x = -1, 0, 1: var a = 1/3, var b = 1/2, no correlation.
+        let fit = minimise(&[0.0, 0.0], &[1.0, 1.0], &|p| [-1.0, 0.0, 1.0].map(|x| p[0] + p[1] * x - (2.0 + 3.0 * x)).to_vec()).unwrap();
+        let c = fit.covariance.unwrap();
+        assert!((fit.parameters[0] - 2.0).abs() < 1e-9 && (fit.parameters[1] - 3.0).abs() < 1e-9);
+        assert!((c[0] - 1.0 / 3.0).abs() < 1e-9 && (c[3] - 0.5).abs() < 1e-9 && c[1].abs() < 1e-9, "{c:?}");
+    }
+
+    #[test]
+    fn what_is_not_determined_has_no_covariance() {
+        let fit = minimise(&[0.0, 0.0], &[1.0, 1.0], &|p| vec![p[0] + p[1] - 1.0, 2.0 * (p[0] + p[1]) - 2.0]).unwrap();
+        assert!(fit.covariance.is_none() && fit.cost < 1e-12, "{fit:?}");
+        assert!(linear(&[vec![1.0, 1.0], vec![2.0, 2.0]], &[1.0, 2.0]).is_none());
+        assert!(minimise(&[0.0], &[1.0], &|_| vec![f64::NAN]).is_none());
+    }
+}

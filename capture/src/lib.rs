@@ -1,0 +1,32 @@
+//! Photographs in, calibrated linear measurements out.
+//!
+//! ```text
+//! shoot file -> photographs -> linear values -> flat field -> colour -> camera and poses -> light -> rectified close-up -> capture.json
+//! ```
+//!
+//! What finds something in a picture (boards, markers, checkers) is `OpenCV`'s and stands in `vision`, behind the feature `opencv`; `run` puts all together
+//! and needs it, too. The rest is plain arithmetic and builds without. Nothing here prints.
+
+pub mod board;
+pub mod checks;
+pub mod colour;
+pub mod edges;
+pub mod flat;
+pub mod least_squares;
+pub mod lens;
+pub mod light;
+pub mod linear;
+pub mod metadata;
+pub mod noise;
+pub mod photo;
+pub mod pose;
+pub mod report;
+pub mod resample;
+#[cfg(feature = "opencv")]
+pub mod run;
+pub mod sheet;
+pub mod shoot;
+pub mod surface;
+#[cfg(feature = "opencv")]
+pub mod vision;
+pub mod weave;

@@ -1,0 +1,269 @@
+//! The direction of a light: from a mirror ball, from the shadow of a stick, or given; several sources are put together.
+
+use crate::least_squares;
+use glam::{DVec2, DVec3};
+
+/// One estimate of a direction, in any frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// Unit vector towards the light.
+    pub direction: DVec3,
+    /// Standard deviation, rad.
+    pub sigma: f64,
+}
+
+/// A ball as a camera sees it: the cone of rays that touch it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outline {
+    /// Unit direction of its middle.
+    pub axis: DVec3,
+    /// Half of its angular size, rad.
+    pub half_angle: f64,
+    /// RMS of the touching rays' angles, rad.
+    pub rms: f64,
+    /// Rays that it was fitted to.
+    pub rays: usize,
+}
+
+/// Fits the cone of rays that touch a ball: `d . a = 1` for `a = axis / cos(half angle)`, which is linear.
+///
+/// The outline of a ball in a picture is no circle, but the rays are always a cone. Rays, in their order around the ball, may lie off where the ball's stand or its
+/// shadow is: three rays far apart give a first cone, the one with the least median is taken, and only rays near it count. Fewer than 8 such rays, or
+/// rays of no cone, give `None`.
+pub fn ball_outline(rays: &[DVec3]) -> Option<Outline> {
+    const FEWEST: usize = 8;
+    const ROUNDS: usize = 4;
+    if rays.len() < FEWEST {
+        return None;
+    }
+    let cone = |rays: &[DVec3]| {
+        let rows: Vec<Vec<f64>> = rays.iter().map(|d| d.to_array().to_vec()).collect();
+        let a = least_squares::linear(&rows, &vec![1.0; rows.len()])?;
+        let a = DVec3::new(a[0], a[1], a[2]);
+        let length = a.length();
+        (length > 1.0 && length.is_finite()).then(|| (a / length, (1.0 / length).acos()))
+    };
+    let off = |(axis, half_angle): (DVec3, f64), d: &DVec3| (axis.angle_between(*d) - half_angle).abs();
+    let median = |c: (DVec3, f64)| {
+        let mut sizes: Vec<f64> = rays.iter().map(|d| off(c, d)).collect();
+        let middle = sizes.len() / 2;
+        *sizes.select_nth_unstable_by(middle, f64::total_cmp).1
+    };
+    let third = rays.len() / 3;
+    let starts = (0..third).filter_map(|k| cone(&[rays[k], rays[k + third], rays[k + 2 * third]]));
+    let (mut best, mut typical) = starts.map(|c| (c, median(c))).min_by(|a, b| a.1.total_cmp(&b.1))?;
+    for round in 0..ROUNDS {
+        // Two and a half standard deviations of normal errors are 3.7 medians of their size.
+        let limit = (3.7 * typical).max(1e-9);
+        let used: Vec<DVec3> = rays.iter().filter(|d| off(best, d) <= limit).copied().collect();
+        if used.len() < FEWEST {
+            return None;
+        }
+        best = cone(&used)?;
+        typical = median(best);
+        if round + 1 == ROUNDS {
+            let rms = (used.iter().map(|d| off(best, d).powi(2)).sum::<f64>() / used.len() as f64).sqrt();
+            return Some(Outline { axis: best.0, half_angle: best.1, rms, rays: used.len() });
+        }
+    }
+    None
+}
+
+/// The light that makes a highlight on a mirror ball: `l = 2 (n . v) n - v` with the ball's normal `n` where the highlight is seen.
+///
+/// Rays are unit vectors in the camera's frame; so is the answer. `ray_sigma` is the standard deviation of the highlight's ray, rad. The ball's size does not
+/// matter: distances count in its radii. `None` if the highlight's ray misses the ball.
+pub fn mirror_ball(outline: &Outline, highlight: DVec3, ray_sigma: f64) -> Option<Estimate> {
+    let direction = |axis: DVec3, half_angle: f64, ray: DVec3| {
+        let distance = 1.0 / half_angle.sin();
+        let middle = distance * axis;
+        let along = ray.dot(middle);
+        let root = along * along - (distance * distance - 1.0);
+        (root > 0.0).then(|| {
+            let normal = ((along - root.sqrt()) * ray - middle).normalize();
+            let view = -ray;
+            (2.0 * normal.dot(view) * normal - view).normalize()
+        })
+    };
+    let l = direction(outline.axis, outline.half_angle, highlight)?;
+    // What a step of each unknown does, two across the axis, one in size, two of the highlight.
+    let across = outline.axis.any_orthonormal_pair();
+    let fit_sigma = outline.rms.max(1e-6) / (outline.rays as f64 / 3.0).sqrt();
+    let h = 1e-3 * outline.half_angle;
+    let mut variance = 0.0;
+    let mut add = |changed: Option<DVec3>, sigma: f64| {
+        // A highlight at the very rim is not determined: a quarter turn stands for that.
+        variance += changed.map_or(1.0, |c| (c.angle_between(l) / h * sigma).powi(2));
+    };
+    for step in [across.0, across.1] {
+        add(direction((outline.axis + h * step).normalize(), outline.half_angle, highlight), fit_sigma);
+        add(direction(outline.axis, outline.half_angle, (highlight + h * step).normalize()), ray_sigma);
+    }
+    add(direction(outline.axis, outline.half_angle - h, highlight), fit_sigma);
+    Some(Estimate { direction: l, sigma: variance.sqrt().min(1.5) })
+}
+
+/// The light that throws the shadow of a stick's tip: both in the sample's frame, mm; `sigma_mm` is the standard deviation of the shadow's and of the tip's place.
+pub fn stick(tip: DVec3, shadow: DVec3, sigma_mm: f64) -> Option<Estimate> {
+    let to = tip - shadow;
+    let length = to.length();
+    // Across the direction, tip and shadow err by as much each.
+    (length > 1e-6 && to.z > 0.0)
+        .then(|| Estimate { direction: to / length, sigma: (std::f64::consts::SQRT_2 * sigma_mm / length).min(1.5) })
+}
+
+/// Several estimates put together by their weights, and the largest angle between two of them, rad. `None` without any.
+pub fn combine(estimates: &[Estimate]) -> Option<(Estimate, f64)> {
+    let weight = |e: &Estimate| 1.0 / e.sigma.max(1e-6).powi(2);
+    let sum: DVec3 = estimates.iter().map(|e| weight(e) * e.direction).sum();
+    let total: f64 = estimates.iter().map(weight).sum();
+    let direction = sum.try_normalize()?;
+    let mut apart = 0.0_f64;
+    for (i, a) in estimates.iter().enumerate() {
+        for b in &estimates[..i] {
+            apart = apart.max(a.direction.angle_between(b.direction));
+        }
+    }
+    // Where they disagree by more than they say, the disagreement is the better measure.
+    let sigma = total.sqrt().recip().max(0.5 * apart);
+    Some((Estimate { direction, sigma }, apart))
+}
+
+/// Where a ray from `eye` meets the plane `z = height`.
+pub fn on_plane(eye: DVec3, direction: DVec3, height: f64) -> Option<DVec3> {
+    let t = (height - eye.z) / direction.z;
+    (t > 0.0 && t.is_finite()).then(|| eye + t * direction)
+}
+
+/// The tip of the shadow that a stick throws, in a plane around its foot: `light_at(place)` is the light at a place, relative to paper in the light.
+///
+/// Looks along rays from the foot, in steps of `step` to `reach`, mm, for the longest dark line that is not the stick itself as the camera sees it: directions
+/// within 12 degrees of `stick_itself` are left out. `None` if no line is dark, or the longest one
+/// leaves the picture, where `light_at` is `None`.
+pub fn shadow_tip(foot: DVec2, stick_itself: DVec2, reach: f64, step: f64, light_at: &dyn Fn(DVec2) -> Option<f64>) -> Option<DVec2> {
+    const DARK: f64 = 0.6;
+    const BESIDE_STICK: f64 = 12.0;
+    const RAYS: u32 = 720;
+    let start = 6.0 * step;
+    let run = |direction: DVec2| {
+        let mut last = 0.0;
+        let (mut missed, mut at, mut leaves) = (0, start, false);
+        // A few lighter samples in between are noise, or print.
+        while at < reach && missed < 4 {
+            match light_at(foot + at * direction) {
+                Some(light) if light < DARK => (last, missed) = (at, 0),
+                Some(_) => missed += 1,
+                None => {
+                    leaves = true;
+                    break;
+                }
+            }
+            at += step;
+        }
+        (last, leaves)
+    };
+    let away = |d: DVec2| stick_itself.length() < 1e-9 || d.angle_to(stick_itself).abs().to_degrees() > BESIDE_STICK;
+    let runs: Vec<((f64, bool), DVec2)> = (0..RAYS)
+        .map(|k| DVec2::from_angle(f64::from(k) / f64::from(RAYS) * std::f64::consts::TAU))
+        .map(|d| (if away(d) { run(d) } else { (0.0, false) }, d))
+        .collect();
+    let longest = runs.iter().map(|r| r.0.0).fold(0.0, f64::max);
+    // A shadow that leaves the picture has its tip elsewhere.
+    let leaves = runs.iter().any(|r| r.0.1 && r.0.0 > 0.93 * longest);
+    if leaves || longest < start + 4.0 * step {
+        return None;
+    }
+    // The middle of the rays that reach the end of the shadow, which is as wide as the stick.
+    let sum: DVec2 = runs.iter().filter(|r| r.0.0 > 0.93 * longest).map(|r| r.1).sum();
+    Some(foot + (longest + 0.5 * step) * sum.try_normalize()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rays that touch a ball, and where its highlight is seen for a light, found by search and not by the formula.
+    fn ball(middle: DVec3, radius: f64, light: DVec3) -> (Vec<DVec3>, DVec3) {
+        let axis = middle.normalize();
+        let (x, y) = axis.any_orthonormal_pair();
+        let half = (radius / middle.length()).asin();
+        let rays = (0..90)
+            .map(|k| f64::from(k) * 4.0_f64.to_radians())
+            .map(|t| half.cos() * axis + half.sin() * (t.cos() * x + t.sin() * y))
+            .collect();
+        // Half way between the light and the camera: iterate the normal, for the camera sees it from near.
+        let mut normal = (light - axis).normalize();
+        for _ in 0..200 {
+            let view = -(middle + radius * normal).normalize();
+            normal = (light + view).normalize();
+        }
+        (rays, (middle + radius * normal).normalize())
+    }
+
+    #[test]
+    fn a_mirror_ball_shows_the_light_s_direction() {
+        for light in [DVec3::new(0.3, -0.5, -0.8), DVec3::new(-0.9, 0.1, 0.1), DVec3::new(0.0, -0.2, -1.0)] {
+            let light = light.normalize();
+            let (rays, highlight) = ball(DVec3::new(40.0, -20.0, 400.0), 12.0, light);
+            let outline = ball_outline(&rays).unwrap();
+            assert!((outline.half_angle - (12.0 / outline_distance()).asin()).abs() < 1e-9);
+            let found = mirror_ball(&outline, highlight, 1e-4).unwrap();
+            assert!(found.direction.angle_between(light) < 1e-6, "{light}: {found:?}");
+            assert!(found.sigma > 1e-4 && found.sigma < 0.1, "{}", found.sigma);
+        }
+    }
+
+    fn outline_distance() -> f64 {
+        DVec3::new(40.0, -20.0, 400.0).length()
+    }
+
+    #[test]
+    fn a_ball_s_stand_in_the_outline_is_left_out() {
+        let (mut rays, highlight) = ball(DVec3::new(0.0, 0.0, 300.0), 12.0, -DVec3::Z);
+        for ray in &mut rays[..12] {
+            *ray = (*ray + DVec3::new(0.02, 0.0, 0.0)).normalize();
+        }
+        let outline = ball_outline(&rays).unwrap();
+        let off = mirror_ball(&outline, highlight, 1e-4).unwrap().direction.angle_between(-DVec3::Z);
+        assert!(outline.rays < 90 && off < 1e-3, "{} rays, {off} rad", outline.rays);
+        assert!(ball_outline(&rays[..5]).is_none());
+        assert!(mirror_ball(&outline, DVec3::X, 1e-4).is_none(), "beside the ball");
+    }
+
+    #[test]
+    fn a_stick_s_shadow_points_to_the_light_and_is_found() {
+        let light = DVec3::new(0.5, 0.2, 0.8).normalize();
+        let tip = DVec3::new(10.0, 5.0, 30.0);
+        let shadow = tip - light * (30.0 / light.z);
+        assert!(stick(tip, shadow, 0.1).unwrap().direction.angle_between(light) < 1e-12);
+        assert!(stick(shadow, tip, 0.1).is_none());
+        let foot = tip.truncate();
+        let along = (shadow.truncate() - foot).normalize();
+        let length = (shadow.truncate() - foot).length();
+        let light_at = |p: DVec2| {
+            let q = p - foot;
+            let (t, across) = (q.dot(along), q.perp_dot(along));
+            let in_shadow = t > 0.0 && t < length && across.abs() < 0.5;
+            let on_stick = q.y.abs() < 0.5 && q.x < 0.0 && q.x > -60.0;
+            Some(if in_shadow {
+                0.2
+            } else if on_stick {
+                0.1
+            } else {
+                1.0
+            })
+        };
+        let found = shadow_tip(foot, -DVec2::X, 80.0, 0.1, &light_at).unwrap();
+        assert!(found.distance(shadow.truncate()) < 0.3, "{found} for {shadow}");
+        assert!(shadow_tip(foot, -DVec2::X, 80.0, 0.1, &|_| Some(1.0)).is_none());
+    }
+
+    #[test]
+    fn sources_are_weighed_and_their_disagreement_is_told() {
+        let e =
+            |degrees: f64, sigma| Estimate { direction: DVec3::new(degrees.to_radians().sin(), 0.0, degrees.to_radians().cos()), sigma };
+        let (both, apart) = combine(&[e(0.0, 0.001), e(10.0, 0.1)]).unwrap();
+        assert!((apart.to_degrees() - 10.0).abs() < 1e-9 && both.direction.x < 0.01 && both.sigma >= 0.5 * apart);
+        assert!(combine(&[]).is_none());
+    }
+}

@@ -1,0 +1,123 @@
+//! Noise of a photograph: variance `a + b v` of a value `v`.
+
+use crate::linear::Linear;
+use crate::photo::Samples;
+use crate::shoot::CameraSpec;
+use biscale::formats::capture::Noise;
+use glam::{DMat3, DVec3};
+
+/// Noise of sensor values (0 to 1), the same in all channels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensor {
+    /// Variance of black.
+    pub a: f64,
+    /// Variance a unit of light.
+    pub b: f64,
+    /// Where it is from.
+    pub source: Source,
+}
+
+/// Where a noise model is from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// Two photographs of an even surface.
+    Measured,
+    /// The shoot file.
+    Given,
+    /// A middling camera.
+    Assumed,
+}
+
+/// Electrons of a full pixel that are assumed at ISO 100: a pixel of about 4 um.
+const FULL_WELL: f64 = 20_000.0;
+/// Read noise that is assumed, electrons.
+const READ_NOISE: f64 = 5.0;
+
+/// Of a camera as the shoot file describes it, or a middling one, at a gain (ISO over 100).
+pub fn of_camera(camera: &CameraSpec, gain: f64, samples: Samples) -> Sensor {
+    let well = camera.full_well_e.unwrap_or(FULL_WELL) / gain;
+    let read = camera.read_noise_e.unwrap_or(READ_NOISE) / well;
+    let step = if let Samples::Integer(bits) = samples { 0.5_f64.powi(i32::from(bits)) } else { 0.0 };
+    let source = if camera.full_well_e.is_some() { Source::Given } else { Source::Assumed };
+    Sensor { a: read * read + step * step / 12.0, b: 1.0 / well, source }
+}
+
+/// From two linear photographs of the same even surface at the same exposure: half of the variance of their difference against their mean, block by block
+/// (photon transfer). Values and result in sensor units. `None` if they do not tell.
+pub fn measure(one: &Linear, two: &Linear) -> Option<Sensor> {
+    const BLOCK: usize = 32;
+    let (width, height) = (one.picture.width, one.picture.height);
+    if (two.picture.width, two.picture.height) != (width, height) || (one.divisor / two.divisor - 1.0).abs() > 1e-6 {
+        return None;
+    }
+    let (p, q) = (&one.picture.planes[1], &two.picture.planes[1]);
+    let (mut sum_m, mut sum_v, mut count) = (0.0, 0.0, 0.0);
+    for y in (0..height.saturating_sub(BLOCK)).step_by(BLOCK) {
+        for x in (0..width.saturating_sub(BLOCK)).step_by(BLOCK) {
+            let places = || (0..BLOCK * BLOCK).map(move |k| (y + k / BLOCK) * width + x + k % BLOCK);
+            if places().any(|i| one.saturated[i] || two.saturated[i]) {
+                continue;
+            }
+            let n = (BLOCK * BLOCK) as f64;
+            let (d, m) = places().fold((0.0, 0.0), |(d, m), i| (d + f64::from(p[i] - q[i]), m + 0.5 * f64::from(p[i] + q[i])));
+            let (d, m) = (d / n, m / n);
+            let v = places().map(|i| (f64::from(p[i] - q[i]) - d).powi(2)).sum::<f64>() / (n - 1.0) / 2.0;
+            // Values are over the divisor: back to sensor units.
+            sum_m += m * one.divisor;
+            sum_v += v * one.divisor * one.divisor;
+            count += 1.0;
+        }
+    }
+    // An even surface has nearly one mean: the slope through black is what it tells, and read noise is beneath it.
+    let (m, v) = (sum_m / count, sum_v / count);
+    (count >= 16.0 && m > 0.02 && v > 0.0).then(|| Sensor { a: 0.0, b: v / m, source: Source::Measured })
+}
+
+impl Sensor {
+    /// Of values that were divided by `divisor` (of `brackets` photographs together) and multiplied by a colour matrix: exact for grey, near for others.
+    pub fn written(&self, divisor: f64, brackets: usize, matrix: Option<DMat3>) -> Noise {
+        let (a, b) = (self.a * brackets as f64 / (divisor * divisor), self.b / divisor);
+        let source = match self.source {
+            Source::Measured => "measured",
+            Source::Given => "given",
+            Source::Assumed => "assumed",
+        };
+        let m = matrix.unwrap_or(DMat3::IDENTITY);
+        // Camera values of a grey of 1.
+        let grey = m.inverse() * DVec3::ONE;
+        let rows = m.transpose();
+        let squares = |c: usize| rows.col(c) * rows.col(c);
+        let of = |f: &dyn Fn(usize) -> f64| std::array::from_fn(f);
+        Noise { a: of(&|c| a * squares(c).element_sum()), b: of(&|c| b * squares(c).dot(grey.max(DVec3::ZERO))), source: source.into() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::photo::Picture;
+
+    #[test]
+    fn two_flats_tell_the_shot_noise() {
+        let mut state = 3_u32;
+        let mut uniform = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(state >> 8) / f64::from(1_u32 << 24)
+        };
+        let mut flat = || {
+            let mut picture = Picture::new(200, 160);
+            for v in &mut picture.planes[1] {
+                // Nearly normal: the sum of twelve uniform numbers has unit variance.
+                let normal = (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
+                *v = ((0.5 + (0.5 / 10_000.0_f64).sqrt() * normal) / 0.25) as f32;
+            }
+            Linear { saturated: vec![false; 200 * 160], picture, divisor: 0.25 }
+        };
+        let (one, two) = (flat(), flat());
+        let noise = measure(&one, &two).unwrap();
+        assert!((noise.b * 10_000.0 - 1.0).abs() < 0.05, "{}", noise.b);
+        let written = noise.written(0.25, 1, Some(2.0 * DMat3::IDENTITY));
+        // Values 2 / 0.25 times as large: variance b v with b twice over 0.25.
+        assert!((written.b[0] - 8.0 * noise.b).abs() < 1e-12 && written.source == "measured");
+    }
+}

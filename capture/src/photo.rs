@@ -1,0 +1,190 @@
+//! Photographs as they come from files: pixels, and what the file says of the exposure.
+
+use crate::metadata::Metadata;
+use biscale::error::{BadInput, Error, Result};
+use biscale::image_file::{self, MAX_PIXELS};
+use std::io::Cursor;
+use std::path::Path;
+
+/// Three planes of samples, row 0 on top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Pixels across.
+    pub width: usize,
+    /// Pixels down.
+    pub height: usize,
+    /// Red, green and blue.
+    pub planes: [Vec<f32>; 3],
+}
+
+/// How the file stores its samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Samples {
+    /// Floats: taken as linear.
+    Float,
+    /// Whole numbers of so many bits; the pixels are over the largest one.
+    Integer(u8),
+}
+
+/// A photograph as it was read.
+#[derive(Clone, Debug)]
+pub struct Photo {
+    /// Pixels; whole numbers are scaled to 0..1, floats are as they stand.
+    pub picture: Picture,
+    /// How they were stored.
+    pub samples: Samples,
+    /// What the file says.
+    pub metadata: Metadata,
+}
+
+/// Endings of camera raw files: no decoder is built in.
+const RAW: [&str; 17] =
+    ["cr2", "cr3", "crw", "nef", "nrw", "arw", "sr2", "raf", "orf", "rw2", "dng", "pef", "srw", "x3f", "3fr", "iiq", "erf"];
+
+impl Picture {
+    /// A black one.
+    pub fn new(width: usize, height: usize) -> Self {
+        Self { width, height, planes: std::array::from_fn(|_| vec![0.0; width * height]) }
+    }
+
+    /// A pixel.
+    pub fn at(&self, column: usize, row: usize) -> [f32; 3] {
+        let i = row * self.width + column;
+        [self.planes[0][i], self.planes[1][i], self.planes[2][i]]
+    }
+
+    /// Catmull-Rom interpolation at a place whose pixel centres are whole; `None` outside of the centres' rectangle. Never below 0.
+    ///
+    /// Near the border the outermost pixels are repeated.
+    pub fn sample(&self, x: f64, y: f64) -> Option<[f32; 3]> {
+        let inside = |v: f64, n: usize| v >= 0.0 && v <= (n - 1) as f64;
+        if !inside(x, self.width) || !inside(y, self.height) {
+            return None;
+        }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "inside of the picture")]
+        let (i, j) = (x.floor() as usize, y.floor() as usize);
+        #[expect(clippy::cast_possible_truncation, reason = "weights are f32")]
+        let (wx, wy) = (catmull_rom((x - i as f64) as f32), catmull_rom((y - j as f64) as f32));
+        let columns: [usize; 4] = std::array::from_fn(|k| (i + k).saturating_sub(1).min(self.width - 1));
+        let mut out = [0.0_f32; 3];
+        for k in 0..4 {
+            let row = (j + k).saturating_sub(1).min(self.height - 1) * self.width;
+            for (o, plane) in out.iter_mut().zip(&self.planes) {
+                let line: f32 = (0..4).map(|m| wx[m] * plane[row + columns[m]]).sum();
+                *o += wy[k] * line;
+            }
+        }
+        Some(out.map(|v| v.max(0.0)))
+    }
+}
+
+/// Weights of four neighbours at `t` in 0..1 between the middle two.
+pub(crate) fn catmull_rom(t: f32) -> [f32; 4] {
+    let (t2, t3) = (t * t, t * t * t);
+    [-0.5 * t3 + t2 - 0.5 * t, 1.5 * t3 - 2.5 * t2 + 1.0, -1.5 * t3 + 2.0 * t2 + 0.5 * t, 0.5 * t3 - 0.5 * t2]
+}
+
+/// Reads a photograph by the ending of its name: `.exr`, `.tif`, `.tiff`, `.png`, `.jpg` or `.jpeg`.
+///
+/// # Errors
+/// Bad input names the file and what is wrong with it; of a raw file also how to convert it.
+pub fn read(path: &Path) -> Result<Photo> {
+    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    if RAW.contains(&&*ending) {
+        let problem = format!("camera raw files (.{ending}) are not read");
+        let remedy =
+            "convert it without a tone curve, as with `dcraw -4 -T -o 0 FILE` or `dcraw_emu -4 -T -o 0 FILE`, to a linear 16-bit TIFF";
+        return Err(BadInput::new(problem, remedy).in_file(path).into());
+    }
+    let bytes = std::fs::read(path).map_err(|e| Error::reading(path, e))?;
+    let metadata = Metadata::of(&ending, &bytes);
+    if matches!(&*ending, "jpg" | "jpeg") {
+        let picture = jpeg(&bytes).map_err(|bad| bad.in_file(path))?;
+        return Ok(Photo { picture, samples: Samples::Integer(8), metadata });
+    }
+    let bits = bits(&ending, &bytes);
+    drop(bytes);
+    let raster = image_file::read(path)?;
+    let samples = if raster.integer { Samples::Integer(bits) } else { Samples::Float };
+    let (width, height) = (raster.width, raster.height);
+    let mut planes = raster.channels.into_iter();
+    let first = planes.next().unwrap_or_default();
+    let planes = match (planes.next(), planes.next()) {
+        (Some(green), Some(blue)) => [first, green, blue],
+        _ => [first.clone(), first.clone(), first],
+    };
+    Ok(Photo { picture: Picture { width, height, planes }, samples, metadata })
+}
+
+/// Bits of a whole number in a PNG or TIFF; 8 where it cannot be told.
+fn bits(ending: &str, bytes: &[u8]) -> u8 {
+    match ending {
+        // IHDR: signature, length and name take 16 bytes, width and height 8.
+        "png" => bytes.get(24).copied().unwrap_or(8),
+        "tif" | "tiff" => {
+            tiff::decoder::Decoder::new(Cursor::new(bytes)).ok().and_then(|mut d| d.colortype().ok()).map_or(8, |c| c.bit_depth())
+        }
+        _ => 8,
+    }
+}
+
+fn jpeg(bytes: &[u8]) -> Result<Picture, BadInput> {
+    let unreadable = |e: image::ImageError| BadInput::new(format!("not a readable JPEG image: {e}"), "write the image again");
+    let reader = || image::ImageReader::with_format(Cursor::new(bytes), image::ImageFormat::Jpeg);
+    let (width, height) = reader().into_dimensions().map_err(unreadable)?;
+    if u64::from(width) * u64::from(height) > MAX_PIXELS || width == 0 || height == 0 {
+        return Err(BadInput::new(format!("the image is {width} x {height}; from 1 to {MAX_PIXELS} pixels are read"), "reduce it"));
+    }
+    let rgb = reader().decode().map_err(unreadable)?.into_rgb8();
+    let plane = |c: usize| rgb.as_raw().iter().skip(c).step_by(3).map(|&v| f32::from(v) / 255.0).collect();
+    Ok(Picture { width: width as usize, height: height as usize, planes: [plane(0), plane(1), plane(2)] })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn interpolation_gives_pixels_back_and_lines_between_them() {
+        let mut picture = Picture::new(5, 4);
+        for (i, v) in picture.planes[1].iter_mut().enumerate() {
+            *v = (i % 5) as f32 + 10.0 * (i / 5) as f32;
+        }
+        assert_eq!(picture.sample(3.0, 2.0), Some([0.0, 23.0, 0.0]));
+        // A ramp is kept where all four neighbours lie inside.
+        assert!((picture.sample(2.25, 1.5).unwrap()[1] - 17.25).abs() < 1e-5);
+        assert!(picture.sample(-0.01, 1.0).is_none() && picture.sample(4.01, 1.0).is_none() && picture.sample(f64::NAN, 1.0).is_none());
+    }
+
+    #[test]
+    fn raw_and_broken_files_say_what_to_do() {
+        let message = read(Path::new("IMG_1.CR2")).unwrap_err().to_string();
+        assert!(message.contains("dcraw") && message.contains("IMG_1.CR2"), "{message}");
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a.jpg", "a.png", "a.tif", "a.exr"] {
+            let path = folder.path().join(name);
+            std::fs::write(&path, b"\xff\xd8\xff broken").unwrap();
+            assert!(matches!(read(&path), Err(Error::BadInput(_))), "{name}");
+        }
+    }
+
+    #[test]
+    fn the_depth_of_whole_numbers_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let deep = image::ImageBuffer::<image::Rgb<u16>, _>::from_fn(3, 2, |x, _| image::Rgb([1000 * x as u16, 0, 65535]));
+        let flat = image::RgbImage::from_pixel(3, 2, image::Rgb([51, 0, 255]));
+        for (name, bits) in [("a.png", 16), ("a.tif", 16), ("b.png", 8), ("b.jpg", 8)] {
+            let path = folder.path().join(name);
+            if bits == 16 {
+                deep.save(&path).unwrap()
+            } else {
+                flat.save(&path).unwrap()
+            }
+            let photo = read(&path).unwrap();
+            assert_eq!(photo.samples, Samples::Integer(bits), "{name}");
+            assert_eq!((photo.picture.width, photo.picture.height), (3, 2));
+        }
+        let photo = read(&folder.path().join("a.png")).unwrap();
+        assert_eq!(photo.picture.at(2, 1), [2000.0 / 65535.0, 0.0, 1.0]);
+    }
+}

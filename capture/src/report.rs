@@ -1,0 +1,465 @@
+//! `report.html`: every photograph with what was found in it, every number, every check. One file that needs no other.
+
+use crate::checks::CATALOGUE;
+use crate::photo::Picture;
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use biscale::error::{Error, Result};
+use biscale::formats::capture::{Capture, Check, Sample, Severity};
+use biscale::render::picture::linear_to_srgb;
+use glam::DVec2;
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// Largest side of a picture in the report, px.
+const SIDE: usize = 900;
+
+/// Something drawn over a photograph, px.
+#[derive(Clone, Debug)]
+pub enum Mark {
+    /// A closed line of a kind (`marker`, `sample`, `patch`).
+    Outline(Vec<DVec2>, &'static str),
+    /// A point.
+    Cross(DVec2),
+    /// A circle of a kind.
+    Circle(DVec2, f64, &'static str),
+}
+
+/// One photograph of the report.
+#[derive(Clone, Debug)]
+pub struct View {
+    /// Its file.
+    pub title: String,
+    /// Its role.
+    pub role: &'static str,
+    /// What is drawn over it.
+    pub marks: Vec<Mark>,
+    size: (usize, usize),
+    jpeg: Vec<u8>,
+    rows: Vec<(String, String)>,
+}
+
+/// What the report gathers beside `capture.json`.
+#[derive(Clone, Debug, Default)]
+pub struct Report {
+    /// The photographs.
+    pub views: Vec<View>,
+    /// Corners that the calibration used, px.
+    pub corners: Vec<DVec2>,
+    /// Patches of the checker: corrected and wanted, linear.
+    pub patches: Vec<([f64; 3], [f64; 3])>,
+    close_up: Option<(Vec<u8>, Option<f64>, usize)>,
+}
+
+impl View {
+    /// Of a photograph; saturated pixels are tinted. `encoded`: its values go to the screen as they are, else they are scaled and get the curve of sRGB.
+    pub fn new(title: &str, role: &'static str, picture: &Picture, saturated: Option<&[bool]>, encoded: bool) -> Self {
+        Self {
+            title: title.to_owned(),
+            role,
+            marks: Vec::new(),
+            size: (picture.width, picture.height),
+            jpeg: thumbnail(picture, saturated, encoded),
+            rows: Vec::new(),
+        }
+    }
+
+    /// Adds a line of numbers.
+    pub fn row(&mut self, name: &str, value: String) {
+        self.rows.push((name.to_owned(), value));
+    }
+}
+
+/// A smaller picture as JPEG: means of blocks, saturated ones in magenta.
+fn thumbnail(picture: &Picture, saturated: Option<&[bool]>, encoded: bool) -> Vec<u8> {
+    let block = picture.width.max(picture.height).div_ceil(SIDE).max(1);
+    let (width, height) = ((picture.width / block).max(1), (picture.height / block).max(1));
+    let mut means = vec![[0.0_f32; 3]; width * height];
+    let mut over = vec![false; width * height];
+    for (i, mean) in means.iter_mut().enumerate() {
+        let (x, y) = ((i % width) * block, (i / width) * block);
+        let mut count = 0.0;
+        for row in y..(y + block).min(picture.height) {
+            for column in x..(x + block).min(picture.width) {
+                for (m, v) in mean.iter_mut().zip(picture.at(column, row)) {
+                    *m += v;
+                }
+                count += 1.0;
+                over[i] |= saturated.is_some_and(|s| s[row * picture.width + column]);
+            }
+        }
+        *mean = mean.map(|m| m / count);
+    }
+    let mut bright: Vec<f32> = means.iter().map(|m| m[0].max(m[1]).max(m[2])).collect();
+    let k = (bright.len() - 1) * 99 / 100;
+    let white = bright.select_nth_unstable_by(k, f32::total_cmp).1.max(1e-12);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
+    let byte = |v: f32| {
+        let shown = if encoded { f64::from(v) } else { linear_to_srgb(f64::from(v / white)) };
+        (255.0 * shown.clamp(0.0, 1.0) + 0.5) as u8
+    };
+    let pixels: Vec<u8> = means.iter().zip(&over).flat_map(|(m, over)| if *over { [255, 0, 200] } else { m.map(byte) }).collect();
+    let mut out = Vec::new();
+    let (width, height) = (u32::try_from(width).unwrap_or(1), u32::try_from(height).unwrap_or(1));
+    let encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut out, 85);
+    // Writing into memory fails for no picture of this size.
+    let _ = image::ImageEncoder::write_image(encoder, &pixels, width, height, image::ExtendedColorType::Rgb8);
+    out
+}
+
+/// Text for HTML.
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+fn image(jpeg: &[u8]) -> String {
+    format!("data:image/jpeg;base64,{}", STANDARD.encode(jpeg))
+}
+
+const STYLE: &str = "\
+body{font:15px/1.5 system-ui,sans-serif;max-width:1100px;margin:2em auto;padding:0 1em;color:#222;background:#fff}\
+h1{font-size:1.6em}h2{margin-top:2em;border-bottom:1px solid #ccc}\
+table{border-collapse:collapse;margin:.7em 0}td,th{padding:.2em .8em .2em 0;text-align:left;vertical-align:top}th{font-weight:600}\
+td.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}\
+.ok{color:#1a7f37}.warn{color:#9a6700;font-weight:600}.fail{color:#c00;font-weight:700}\
+.views{display:grid;grid-template-columns:repeat(auto-fill,minmax(320px,1fr));gap:1.2em}\
+figure{margin:0}figure svg{width:100%;height:auto;display:block;background:#eee}figcaption{font-size:.85em;margin-top:.3em}\
+figcaption b{font-size:1.1em}.large{grid-column:1/-1}\
+.marker{fill:none;stroke:#00d0ff}.sample{fill:none;stroke:#ffb000}.patch{fill:none;stroke:#fff}.ball{fill:none;stroke:#00ff60}.cross{stroke:#ff3030;fill:none}\
+svg *{vector-effect:non-scaling-stroke;stroke-width:1.5}svg.plain *{vector-effect:none}\
+";
+
+impl Report {
+    /// Keeps the rectified close-up.
+    pub fn close_up(&mut self, picture: &Picture, mm_per_px: Option<f64>) {
+        self.close_up = Some((thumbnail(picture, None, false), mm_per_px, picture.width));
+    }
+
+    /// Writes `report.html` into a folder.
+    ///
+    /// # Errors
+    /// I/o.
+    pub fn write(&self, capture: &Capture, folder: &Path) -> Result<()> {
+        let path = folder.join("report.html");
+        std::fs::write(&path, self.html(capture)).map_err(|source| Error::Io { action: "write", path, source })
+    }
+
+    fn html(&self, capture: &Capture) -> String {
+        let mut out = String::new();
+        let title = escape(&capture.name);
+        let _ = write!(
+            out,
+            "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\"><title>{title}: \
+             capture</title><style>{STYLE}</style></head><body>\n<h1>{title}</h1>\n"
+        );
+        verdict(&mut out, capture);
+        checks(&mut out, &capture.checks);
+        camera(&mut out, capture, &self.corners);
+        flat_field(&mut out, capture);
+        colour(&mut out, capture, &self.patches);
+        lights(&mut out, capture);
+        sample(&mut out, capture);
+        self.close_up_section(&mut out, capture);
+        out.push_str("<h2>Photographs</h2>\n<p>Magenta: saturated. Blue: markers. Red: corners, highlight, shadow. Yellow: outline of the sample.</p>\n");
+        for role in ["close-up", "distant", "validation", "light", "checker", "flat", "board"] {
+            let views: Vec<&View> = self.views.iter().filter(|v| v.role == role).collect();
+            if views.is_empty() {
+                continue;
+            }
+            let _ = writeln!(out, "<h3>{role}</h3>\n<div class=\"views\">");
+            for view in views {
+                figure(&mut out, view, &capture.checks, matches!(role, "close-up" | "distant" | "validation"));
+            }
+            out.push_str("</div>\n");
+        }
+        out.push_str("<h2>What the checks mean</h2>\n<table>\n");
+        for (_, name, about) in CATALOGUE {
+            let _ = writeln!(out, "<tr><td><code>{name}</code></td><td>{about}</td></tr>");
+        }
+        let _ = writeln!(out, "</table>\n<p>{}</p>\n</body></html>", escape(&capture.creator));
+        out
+    }
+
+    fn close_up_section(&self, out: &mut String, capture: &Capture) {
+        let Some((jpeg, mm_per_px, width)) = &self.close_up else { return };
+        let size = mm_per_px
+            .map_or(format!("{width} px wide, of unknown size"), |mm| format!("{:.2} mm wide, {mm:.5} mm a pixel", mm * *width as f64));
+        let _ = writeln!(
+            out,
+            "<h2>Close-up, straight on</h2>\n<img src=\"{}\" alt=\"rectified close-up\" style=\"max-width:100%\">\n<p>{size}</p>",
+            image(jpeg)
+        );
+        if let Some(weave) = capture.close_up.as_ref().and_then(|c| c.weave.as_ref()) {
+            let text = serde_json::to_string_pretty(weave).unwrap_or_default();
+            let _ = writeln!(out, "<pre>{}</pre>", escape(&text));
+        }
+    }
+}
+
+fn verdict(out: &mut String, capture: &Capture) {
+    let count = |s: Severity| capture.checks.iter().filter(|c| c.severity == s).count();
+    let (fail, warn, ok) = (count(Severity::Fail), count(Severity::Warn), count(Severity::Ok));
+    let text = if fail > 0 {
+        format!("<p class=\"fail\">{fail} checks failed: what rests on them is missing or wrong.</p>")
+    } else if warn > 0 {
+        format!("<p class=\"warn\">Usable, with {warn} warnings.</p>")
+    } else {
+        "<p class=\"ok\">Usable.</p>".to_owned()
+    };
+    let _ = writeln!(out, "<p>{} photographs of {}; {ok} checks passed.</p>\n{text}", capture.photographs.len(), escape(&capture.shoot));
+}
+
+fn word(severity: Severity) -> &'static str {
+    match severity {
+        Severity::Ok => "ok",
+        Severity::Warn => "warn",
+        Severity::Fail => "fail",
+    }
+}
+
+fn checks(out: &mut String, checks: &[Check]) {
+    let mut sorted: Vec<&Check> = checks.iter().collect();
+    sorted.sort_by_key(|c| std::cmp::Reverse(c.severity));
+    const HEAD: &str = "<tr><th></th><th>code</th><th>photograph</th><th></th><th>measured</th><th>limit</th><th>unit</th></tr>\n";
+    let _ = write!(out, "<h2>Checks</h2>\n<table>{HEAD}");
+    let first_good = sorted.iter().position(|c| c.severity == Severity::Ok);
+    for (k, c) in sorted.iter().enumerate() {
+        if Some(k) == first_good {
+            // What passed is there for those who look for it.
+            let _ = writeln!(out, "</table>\n<details><summary>{} checks passed</summary>\n<table>{HEAD}", sorted.len() - k);
+        }
+        let (s, number) = (word(c.severity), |v: Option<f64>| v.map_or(String::new(), digits));
+        let _ = writeln!(
+            out,
+            "<tr><td class=\"{s}\">{s}</td><td><code>{}</code></td><td>{}</td><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td>{}</td></tr>",
+            c.code,
+            escape(c.photograph.as_deref().unwrap_or("")),
+            escape(&c.message),
+            number(c.measured),
+            number(c.threshold),
+            escape(&c.unit)
+        );
+    }
+    out.push_str(if first_good.is_some() { "</table></details>\n" } else { "</table>\n" });
+}
+
+/// A number with four significant digits.
+fn digits(v: f64) -> String {
+    if v == 0.0 {
+        return "0".into();
+    }
+    let size = v.abs().log10().floor();
+    if !(-4.0..6.0).contains(&size) {
+        return format!("{v:.3e}");
+    }
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 7")]
+    let decimals = (3.0 - size).clamp(0.0, 7.0) as usize;
+    let text = format!("{v:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+fn camera(out: &mut String, capture: &Capture, corners: &[DVec2]) {
+    let Some(camera) = &capture.camera else { return };
+    let _ = writeln!(
+        out,
+        "<h2>Camera</h2>\n<p>{} x {} pixels, {}.</p>\n<table><tr><th></th><th>value</th><th>standard deviation</th><th></th></tr>",
+        camera.width, camera.height, camera.source
+    );
+    let names = ["fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"];
+    let values = [camera.fx, camera.fy, camera.cx, camera.cy].into_iter().chain(camera.distortion);
+    for (k, (name, value)) in names.iter().zip(values).enumerate() {
+        let sigma = camera.sigma.map_or(String::new(), |s| digits(s[k]));
+        let unit = if k < 4 { "px" } else { "" };
+        let _ = writeln!(out, "<tr><td>{name}</td><td class=\"n\">{}</td><td class=\"n\">{sigma}</td><td>{unit}</td></tr>", digits(value));
+    }
+    out.push_str("</table>\n");
+    if let Some(rms) = camera.rms_px {
+        let dropped = if camera.dropped.is_empty() { String::new() } else { format!("; left out: {}", escape(&camera.dropped.join(", "))) };
+        let _ = writeln!(out, "<p>{} views, reprojection error {rms:.3} px RMS{dropped}.</p>", camera.views);
+    }
+    if !corners.is_empty() {
+        let (w, h) = (camera.width, camera.height);
+        let _ = write!(out, "<figure style=\"max-width:420px\"><svg class=\"plain\" viewBox=\"0 0 {w} {h}\">");
+        for k in 1..10 {
+            let (x, y) = (f64::from(w * k) / 10.0, f64::from(h * k) / 10.0);
+            let _ =
+                write!(out, "<path d=\"M{x} 0V{h}M0 {y}H{w}\" stroke=\"#bbb\" stroke-width=\"{}\" fill=\"none\"/>", f64::from(w) / 800.0);
+        }
+        for c in corners {
+            let _ = write!(
+                out,
+                "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{:.1}\" fill=\"#0070c0\" stroke=\"none\"/>",
+                c.x,
+                c.y,
+                f64::from(w) / 300.0
+            );
+        }
+        let coverage = camera.coverage.map_or(String::new(), |c| format!("{:.0} % of a 10 x 10 grid", 100.0 * c));
+        let _ = writeln!(out, "</svg><figcaption>All corners in the picture: {coverage}.</figcaption></figure>");
+    }
+}
+
+fn flat_field(out: &mut String, capture: &Capture) {
+    let Some(flat) = &capture.flat_field else { return };
+    let [b, c, d] = flat.radial;
+    let v = |r: f64| 1.0 + b * r.powi(2) + c * r.powi(4) + d * r.powi(6);
+    let path: String =
+        (0..=60).map(|k| f64::from(k) / 60.0).map(|r| format!("{:.1},{:.1} ", 40.0 + 300.0 * r, 170.0 - 150.0 * v(r))).collect();
+    let _ = writeln!(
+        out,
+        "<h2>Falloff to the corners</h2>\n<p>V(r) = 1 {b:+.4} r² {c:+.4} r⁴ {d:+.4} r⁶, r = 1 in the farthest corner; darkest {:.3}; what is left: {:.2} % RMS. \
+         Taken out by {}.</p>\n<svg class=\"plain\" viewBox=\"0 0 360 200\" width=\"420\"><path d=\"M40 20V170H340\" fill=\"none\" stroke=\"#888\"/>\
+         <polyline points=\"{path}\" fill=\"none\" stroke=\"#0070c0\" stroke-width=\"2\"/><text x=\"5\" y=\"25\" font-size=\"13\">1</text>\
+         <text x=\"5\" y=\"175\" font-size=\"13\">0</text><text x=\"330\" y=\"190\" font-size=\"13\">r = 1</text></svg>",
+        flat.darkest,
+        100.0 * flat.residual,
+        if flat.method == "divide" { "the photograph itself, smoothed" } else { "this curve" }
+    );
+}
+
+fn css(rgb: [f64; 3]) -> String {
+    let c = rgb.map(|v| (255.0 * linear_to_srgb(v)).round());
+    format!("rgb({},{},{})", c[0], c[1], c[2])
+}
+
+fn colour(out: &mut String, capture: &Capture, patches: &[([f64; 3], [f64; 3])]) {
+    let Some(colour) = &capture.colour else { return };
+    let _ = writeln!(
+        out,
+        "<h2>Colour</h2>\n<p>Matrix from the {}, camera to linear Rec. 709; mean Delta E 2000 {:.2}.</p>\n<table>",
+        colour.source, colour.mean_delta_e
+    );
+    for row in colour.matrix {
+        let _ = writeln!(out, "<tr>{}</tr>", row.map(|v| format!("<td class=\"n\">{}</td>", digits(v))).concat());
+    }
+    out.push_str("</table>\n");
+    if !patches.is_empty() {
+        out.push_str("<svg class=\"plain\" viewBox=\"0 0 600 400\" width=\"600\">");
+        for (k, (seen, wanted)) in patches.iter().enumerate() {
+            let (x, y) = ((k % 6) * 100, (k / 6) * 100);
+            let delta = colour.delta_e.get(k).copied().unwrap_or(f64::NAN);
+            let ink = if wanted[1] > 0.2 { "#000" } else { "#fff" };
+            let _ = write!(
+                out,
+                "<rect x=\"{x}\" y=\"{y}\" width=\"96\" height=\"96\" fill=\"{}\"/><rect x=\"{}\" y=\"{}\" width=\"48\" height=\"48\" fill=\"{}\"/>\
+                 <text x=\"{}\" y=\"{}\" font-size=\"14\" fill=\"{ink}\">{delta:.1}</text>",
+                css(*wanted),
+                x + 24,
+                y + 24,
+                css(*seen),
+                x + 6,
+                y + 90
+            );
+        }
+        out.push_str("</svg><p>Outside: the maker's value; inside: this photograph, corrected; the number is their Delta E 2000.</p>\n");
+    }
+}
+
+fn lights(out: &mut String, capture: &Capture) {
+    if capture.lights.is_empty() {
+        return;
+    }
+    out.push_str("<h2>Lights</h2>\n<table><tr><th>light</th><th>from</th><th>photograph</th><th>towards it, in the sample's frame</th><th>standard deviation</th></tr>\n");
+    let direction = |d: [f64; 3]| format!("({:.4}, {:.4}, {:.4})", d[0], d[1], d[2]);
+    for light in &capture.lights {
+        for s in &light.sources {
+            let _ = writeln!(
+                out,
+                "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td class=\"n\">{:.2} degrees</td></tr>",
+                escape(&light.name),
+                s.kind,
+                escape(s.photograph.as_deref().unwrap_or("")),
+                direction(s.direction),
+                s.sigma_deg
+            );
+        }
+        let apart = light.disagreement_deg.map_or(String::new(), |d| format!("; sources are {d:.2} degrees apart"));
+        let bright = light.irradiance_rgb.map_or(String::new(), |e| format!("; irradiance {}", digits(e[1])));
+        let _ = writeln!(
+            out,
+            "<tr><td><b>{}</b></td><td><b>together</b></td><td></td><td><b>{}</b>{apart}{bright}</td><td class=\"n\"><b>{:.2} degrees</b></td></tr>",
+            escape(&light.name),
+            direction(light.direction),
+            light.sigma_deg
+        );
+    }
+    out.push_str("</table>\n");
+}
+
+fn sample(out: &mut String, capture: &Capture) {
+    let text = match capture.sample {
+        Sample::Plane { width_mm, height_mm } => format!("A plane of {} x {} mm.", digits(width_mm), digits(height_mm)),
+        Sample::Cylinder { radius_mm, height_mm, .. } => {
+            format!("A cylinder of radius {} mm, {} mm high.", digits(radius_mm), digits(height_mm))
+        }
+    };
+    let _ = writeln!(out, "<h2>Sample</h2>\n<p>{text}</p>");
+}
+
+fn figure(out: &mut String, view: &View, checks: &[Check], large: bool) {
+    let (w, h) = view.size;
+    let class = if large { " class=\"large\"" } else { "" };
+    let _ = write!(
+        out,
+        "<figure{class}><svg viewBox=\"0 0 {w} {h}\"><image href=\"{}\" width=\"{w}\" height=\"{h}\" preserveAspectRatio=\"none\"/>",
+        image(&view.jpeg)
+    );
+    let tick = w as f64 / 200.0;
+    for mark in &view.marks {
+        // A pixel's centre has whole coordinates; the picture's corner is half a pixel away.
+        let at = |p: DVec2| (p.x + 0.5, p.y + 0.5);
+        match mark {
+            Mark::Outline(points, kind) => {
+                let points: String = points.iter().map(|p| format!("{:.1},{:.1} ", at(*p).0, at(*p).1)).collect();
+                let _ = write!(out, "<polygon class=\"{kind}\" points=\"{points}\"/>");
+            }
+            Mark::Cross(p) => {
+                let (x, y) = at(*p);
+                let _ = write!(
+                    out,
+                    "<path class=\"cross\" d=\"M{:.1} {y:.1}h{:.1}M{x:.1} {:.1}v{:.1}\"/>",
+                    x - tick,
+                    2.0 * tick,
+                    y - tick,
+                    2.0 * tick
+                );
+            }
+            Mark::Circle(p, r, kind) => {
+                let (x, y) = at(*p);
+                let _ = write!(out, "<circle class=\"{kind}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{r:.1}\"/>");
+            }
+        }
+    }
+    let _ = write!(out, "</svg><figcaption><b>{}</b>", escape(&view.title));
+    for (name, value) in &view.rows {
+        let _ = write!(out, "<br>{}: {}", escape(name), escape(value));
+    }
+    for c in checks.iter().filter(|c| c.photograph.as_deref() == Some(&view.title) && c.severity > Severity::Ok) {
+        let _ = write!(out, "<br><span class=\"{}\">{}</span> {}", word(c.severity), c.code, escape(&c.message));
+    }
+    out.push_str("</figcaption></figure>\n");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_four_digits() {
+        for (v, text) in [(0.0, "0"), (535.915_7, "535.9"), (-0.266_37, "-0.2664"), (1e-9, "1.000e-9"), (12_345.6, "12346"), (2.0, "2")] {
+            assert_eq!(digits(v), text);
+        }
+    }
+
+    #[test]
+    fn pictures_are_small_and_show_what_is_saturated() {
+        let picture = Picture::new(4000, 10);
+        let mut saturated = vec![false; 40_000];
+        saturated[0] = true;
+        let jpeg = thumbnail(&picture, Some(&saturated), false);
+        let small = image::load_from_memory(&jpeg).unwrap().into_rgb8();
+        assert!(small.width() <= SIDE as u32);
+        let p = small.get_pixel(0, 0);
+        assert!(p[0] > 120 && p[1] < 120, "{p:?}");
+    }
+}

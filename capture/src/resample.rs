@@ -1,0 +1,265 @@
+//! Photographs without distortion, seen straight on, and masks of the sample.
+
+use crate::lens::{Lens, Pose};
+use crate::photo::Picture;
+use crate::shoot::Shape;
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+/// A picture and which of its pixels are good.
+#[derive(Clone, Debug)]
+pub struct Masked {
+    /// Values; 0 where nothing is known.
+    pub picture: Picture,
+    /// Whether a pixel comes from inside of the photograph and is not saturated.
+    pub good: Vec<bool>,
+}
+
+/// Samples `photo` at `source(column, row)` for every pixel of a new picture; `saturated` belongs to `photo`.
+fn resample(photo: &Picture, saturated: &[bool], width: usize, height: usize, source: &(dyn Fn(DVec2) -> Option<DVec2> + Sync)) -> Masked {
+    let clean = |p: DVec2| {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "inside of the picture")]
+        let (i, j) = (p.x.round() as usize, p.y.round() as usize);
+        // All pixels that the interpolation may touch.
+        let columns = i.saturating_sub(1)..=(i + 1).min(photo.width - 1);
+        (j.saturating_sub(1)..=(j + 1).min(photo.height - 1)).all(|j| columns.clone().all(|i| !saturated[j * photo.width + i]))
+    };
+    let mut out = Masked { picture: Picture::new(width, height), good: vec![false; width * height] };
+    let [r, g, b] = &mut out.picture.planes;
+    let lines = r.par_chunks_mut(width).zip(g.par_chunks_mut(width)).zip(b.par_chunks_mut(width)).zip(out.good.par_chunks_mut(width));
+    lines.enumerate().for_each(|(row, (((r, g), b), good))| {
+        for column in 0..width {
+            let Some(from) = source(DVec2::new(column as f64, row as f64)) else { continue };
+            let Some(value) = photo.sample(from.x, from.y) else { continue };
+            [r[column], g[column], b[column]] = value;
+            good[column] = clean(from);
+        }
+    });
+    out
+}
+
+/// The photograph without its lens's distortion, of the same size and pinhole.
+pub fn undistort(photo: Picture, saturated: &[bool], lens: &Lens) -> Masked {
+    if !lens.is_distorted() {
+        let good = saturated.iter().map(|s| !s).collect();
+        return Masked { picture: photo, good };
+    }
+    resample(&photo, saturated, photo.width, photo.height, &|pixel| Some(lens.pixel(lens.distort(lens.place(pixel)))))
+}
+
+/// Which pixels of an undistorted photograph show the sample, with its normal less than this from the view.
+const GRAZING_DEG: f64 = 80.0;
+
+/// Which pixels of an undistorted photograph show the sample, `border` px inside of its outline, not at grazing angles.
+pub fn sample_mask(shape: &Shape, pose: &Pose, pinhole: &Lens, border: f64) -> Vec<bool> {
+    let eye = pose.eye();
+    let back = pose.rotation.transpose();
+    let least = GRAZING_DEG.to_radians().cos();
+    let sees = |pixel: DVec2| {
+        let direction = (back * pinhole.place(pixel).extend(1.0)).normalize();
+        shape.hit(eye, direction).is_some_and(|place| -place.normal.dot(direction) > least)
+    };
+    let width = pinhole.width;
+    let mut out = vec![false; width * pinhole.height];
+    out.par_chunks_mut(width).enumerate().for_each(|(row, line)| {
+        for (column, inside) in line.iter_mut().enumerate() {
+            let p = DVec2::new(column as f64, row as f64);
+            *inside = [(0.0, 0.0), (border, 0.0), (-border, 0.0), (0.0, border), (0.0, -border)].iter().all(|&d| sees(p + DVec2::from(d)));
+        }
+    });
+    out
+}
+
+/// A close-up as seen straight on.
+#[derive(Clone, Debug)]
+pub struct Rectified {
+    /// The picture, row 0 at the largest along-coordinate.
+    pub masked: Masked,
+    /// Size of a pixel, mm.
+    pub mm_per_px: f64,
+    /// Coordinates of its lower left corner on the sample, mm.
+    pub origin: DVec2,
+}
+
+/// Most pixels on a side of a rectified picture.
+const MOST: f64 = 6000.0;
+
+/// The part of the sample that a photograph shows not too obliquely, as seen straight on, with pixels as large as the photograph's own where it looks
+/// most directly. `None` if it shows nothing.
+pub fn rectify(photo: &Picture, saturated: &[bool], lens: &Lens, pose: &Pose, shape: &Shape) -> Option<Rectified> {
+    const STEPS: u32 = 60;
+    /// Foreshortening relative to the best place.
+    const OBLIQUE: f64 = 0.75;
+    let eye = pose.eye();
+    let back = pose.rotation.transpose();
+    let pinhole = lens.pinhole();
+    let mut seen: Vec<(DVec2, f64, f64)> = Vec::new();
+    for j in 0..=STEPS {
+        for i in 0..=STEPS {
+            let at = |k: u32, n: usize| f64::from(k) / f64::from(STEPS) * (n - 1) as f64;
+            let Some(ray) = lens.ray(DVec2::new(at(i, lens.width), at(j, lens.height))) else { continue };
+            if let Some(place) = shape.hit(eye, back * ray) {
+                let view = eye - place.point;
+                let facing = place.normal.dot(view.normalize());
+                let depth = pose.to_camera(place.point).z;
+                seen.push((place.st, facing, depth));
+            }
+        }
+    }
+    let best = seen.iter().map(|s| s.1).fold(0.0, f64::max);
+    let kept = || seen.iter().filter(|s| s.1 > OBLIQUE * best);
+    let (low, high) = kept().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), s| (l.min(s.0), h.max(s.0)));
+    let depth = kept().map(|s| s.2).fold(f64::INFINITY, f64::min);
+    let size = high - low;
+    if !(size.min_element() > 0.0 && depth.is_finite()) {
+        return None;
+    }
+    let mm_per_px = (2.0 * depth / (pinhole.focal.x + pinhole.focal.y)).max(size.max_element() / MOST);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most MOST")]
+    let (width, height) = ((size.x / mm_per_px).floor() as usize, (size.y / mm_per_px).floor() as usize);
+    if width < 8 || height < 8 {
+        return None;
+    }
+    let source = |pixel: DVec2| {
+        let st = low + DVec2::new(pixel.x + 0.5, height as f64 - 0.5 - pixel.y) * mm_per_px;
+        let place = shape.at(st, 0.0);
+        if (eye - place.point).normalize().dot(place.normal) < 0.2 {
+            return None;
+        }
+        lens.project(pose.to_camera(place.point))
+    };
+    Some(Rectified { masked: resample(photo, saturated, width, height, &source), mm_per_px, origin: low })
+}
+
+/// Where the lines of a grid on the sample are seen: closed outlines of its border, px of the photograph as it was taken.
+pub fn outline(shape: &Shape, pose: &Pose, lens: &Lens) -> Vec<DVec2> {
+    const STEPS: u32 = 48;
+    let extent = shape.extent();
+    let eye = pose.eye();
+    let sides = [(DVec2::ZERO, DVec2::X), (DVec2::X, DVec2::ONE), (DVec2::ONE, DVec2::Y), (DVec2::Y, DVec2::ZERO)];
+    let mut out = Vec::new();
+    for (a, b) in sides {
+        for k in 0..STEPS {
+            let place = shape.at(a.lerp(b, f64::from(k) / f64::from(STEPS)) * extent, 0.0);
+            let faces = place.normal.dot(eye - place.point) > 0.0;
+            if let (true, Some(pixel)) = (faces, lens.project(pose.to_camera(place.point))) {
+                out.push(pixel);
+            }
+        }
+    }
+    if let Shape::Cylinder { radius, height, .. } = *shape {
+        // The rims that are seen do not make an outline of their own: the convex hull of both does.
+        let rim = (0..180).flat_map(|k| {
+            let (sin, cos) = (f64::from(k) * 2.0).to_radians().sin_cos();
+            [-0.5, 0.5].map(|z| DVec3::new(radius * cos, radius * sin, z * height))
+        });
+        out = hull(rim.filter_map(|p| lens.project(pose.to_camera(p))).collect());
+    }
+    out
+}
+
+/// Convex hull (Andrew's monotone chain).
+fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
+    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    let chain = |points: &mut dyn Iterator<Item = DVec2>| {
+        let mut out: Vec<DVec2> = Vec::new();
+        for p in points {
+            while out.len() >= 2 && (out[out.len() - 1] - out[out.len() - 2]).perp_dot(p - out[out.len() - 1]) <= 0.0 {
+                out.pop();
+            }
+            out.push(p);
+        }
+        out.pop();
+        out
+    };
+    let mut lower = chain(&mut points.iter().copied());
+    lower.extend(chain(&mut points.iter().rev().copied()));
+    lower
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lens() -> Lens {
+        Lens {
+            width: 300,
+            height: 200,
+            focal: DVec2::splat(400.0),
+            centre: DVec2::new(148.0, 103.0),
+            distortion: [-0.15, 0.03, 1e-3, -5e-4, 0.0],
+        }
+    }
+
+    /// A photograph of a function of the sample's coordinates.
+    fn photograph(lens: &Lens, pose: &Pose, shape: &Shape, value: impl Fn(DVec2) -> f64) -> Picture {
+        let mut picture = Picture::new(lens.width, lens.height);
+        for i in 0..lens.width * lens.height {
+            let pixel = DVec2::new((i % lens.width) as f64, (i / lens.width) as f64);
+            let ray = pose.rotation.transpose() * lens.ray(pixel).unwrap();
+            let v = shape.hit(pose.eye(), ray).map_or(0.0, |p| value(p.st));
+            picture.planes.iter_mut().for_each(|plane| plane[i] = v as f32);
+        }
+        picture
+    }
+
+    #[test]
+    fn rectified_pictures_show_the_sample_in_mm() {
+        let wave = |st: DVec2| 0.5 + 0.3 * (st.x / 3.0).sin() * (st.y / 4.0).cos();
+        for (shape, pose) in [
+            (Shape::Plane(DVec2::new(60.0, 50.0)), Pose::looking_at(DVec3::new(10.0, -20.0, 100.0), DVec3::ZERO, DVec3::Y)),
+            (
+                Shape::Cylinder { radius: 20.0, height: 70.0, arc_deg: [0.0, 360.0] },
+                Pose::looking_at(DVec3::new(70.0, 70.0, 10.0), DVec3::ZERO, DVec3::Z),
+            ),
+        ] {
+            let picture = photograph(&lens(), &pose, &shape, wave);
+            let saturated = vec![false; picture.planes[0].len()];
+            let rectified = rectify(&picture, &saturated, &lens(), &pose, &shape).unwrap();
+            let (image, mm) = (&rectified.masked.picture, rectified.mm_per_px);
+            let mut worst = 0.0_f64;
+            for (i, good) in rectified.masked.good.iter().enumerate().filter(|g| *g.1) {
+                let _ = good;
+                let (column, row) = (i % image.width, i / image.width);
+                let st = rectified.origin + mm * DVec2::new(column as f64 + 0.5, image.height as f64 - 0.5 - row as f64);
+                // Beside the border, where the photograph goes over into black.
+                let e = shape.extent();
+                if st.min(e - st).min_element() > 1.5 {
+                    worst = worst.max((f64::from(image.planes[0][i]) - wave(st)).abs());
+                }
+            }
+            assert!(worst < 0.01, "{shape:?}: {worst}");
+            assert!(rectified.masked.good.iter().filter(|g| **g).count() > image.planes[0].len() / 2);
+        }
+    }
+
+    #[test]
+    fn undistorted_photographs_are_those_of_a_pinhole() {
+        let shape = Shape::Plane(DVec2::new(200.0, 200.0));
+        let pose = Pose::looking_at(DVec3::new(0.0, -20.0, 100.0), DVec3::ZERO, DVec3::Y);
+        let wave = |st: DVec2| 0.5 + 0.3 * (st.x / 4.0).sin() * (st.y / 4.0).cos();
+        let picture = photograph(&lens(), &pose, &shape, wave);
+        let truth = photograph(&lens().pinhole(), &pose, &shape, wave);
+        let mut saturated = vec![false; picture.planes[0].len()];
+        saturated[100 * 300 + 150] = true;
+        let out = undistort(picture, &saturated, &lens());
+        let good = || out.good.iter().enumerate().filter(|g| *g.1).map(|g| g.0);
+        let worst = good().map(|i| (out.picture.planes[1][i] - truth.planes[1][i]).abs()).fold(0.0, f32::max);
+        assert!(worst < 0.01, "{worst}");
+        let bad = out.good.len() - good().count();
+        assert!(bad >= 4 && !out.good[100 * 300 + 150], "{bad}");
+    }
+
+    #[test]
+    fn masks_hold_the_sample_and_not_its_rim() {
+        let shape = Shape::Cylinder { radius: 15.0, height: 40.0, arc_deg: [0.0, 360.0] };
+        let pose = Pose::looking_at(DVec3::new(100.0, 0.0, 0.0), DVec3::ZERO, DVec3::Z);
+        let pinhole = lens().pinhole();
+        let mask = sample_mask(&shape, &pose, &pinhole, 2.0);
+        let row: Vec<usize> = (0..300).filter(|&c| mask[103 * 300 + c]).collect();
+        // The silhouette is at 400 * 15 / sqrt(100^2 - 15^2) = 60.7 px; 80 degrees to the view are seen a little inside of it.
+        let half = (row[row.len() - 1] - row[0]) as f64 / 2.0;
+        assert!(half > 55.0 && half < 60.0, "{half}");
+        assert!(outline(&shape, &pose, &pinhole).len() > 20);
+    }
+}

@@ -1,0 +1,238 @@
+//! The camera, and what its lens does to brightness.
+
+use super::{Session, name_of};
+use crate::checks::{BLURRY, CALIBRATION_RMS, CALIBRATION_SIGMA, COVERAGE, Code, Limits, PARTIAL, UNEVEN, VIEWS};
+use crate::edges;
+use crate::flat::Flat;
+use crate::lens::Lens;
+use crate::noise;
+use crate::photo::Samples;
+use crate::report::{Mark, View};
+use crate::shoot::{FlatMethod, Role};
+use crate::vision::calibrate::{self, FEWEST_CORNERS};
+use crate::vision::{Gray, board, markers};
+use biscale::error::Result;
+use biscale::formats::capture::{Camera, FlatField, Severity};
+use glam::DVec2;
+
+impl Session<'_> {
+    /// Calibrates from the board views, or takes the camera that is given.
+    pub(super) fn camera(&mut self) -> Result<Option<Camera>> {
+        let shoot = self.shoot;
+        let files: Vec<_> = shoot.of_role(Role::Board).flat_map(|p| &p.files).collect();
+        let Some(layout) = shoot.board.as_ref().filter(|_| !files.is_empty()) else {
+            return Ok(self.given_camera());
+        };
+        let (mut views, mut names) = (Vec::new(), Vec::new());
+        for file in files {
+            let name = name_of(file);
+            let Some(photo) = self.photo(file)? else {
+                self.step("calibrating")?;
+                continue;
+            };
+            let gray = Gray::of(&photo.picture, photo.samples != Samples::Float);
+            let found = board::detect(&gray, layout)?;
+            let mut view = View::new(&name, Role::Board.name(), &photo.picture, None, photo.samples != Samples::Float);
+            view.marks.extend(found.markers.iter().map(|m| Mark::Outline(m.1.to_vec(), "marker")));
+            view.marks.extend(found.corners.iter().map(|c| Mark::Cross(c.1)));
+            view.row("corners", format!("{} of {}", found.corners.len(), layout.count()));
+            self.report.views.push(view);
+            self.board_checks(&name, &gray, &found, layout)?;
+            views.push(found.corners);
+            names.push(name);
+            self.step("calibrating")?;
+        }
+        let Some((width, height)) = self.size else { return Ok(self.given_camera()) };
+        let calibration = calibrate::calibrate(&views, width, height)?;
+        let good = views.iter().filter(|v| v.len() >= FEWEST_CORNERS).count();
+        let Some(calibration) = calibration else {
+            let message = format!("{good} views show the board well enough, too few to calibrate the camera; take more than {VIEWS}");
+            self.checks.valued(Code::TooFewViews, Severity::Fail, None, good as f64, f64::from(VIEWS), "views", &message);
+            return Ok(self.given_camera());
+        };
+        let used = calibration.used.iter().filter(|u| **u).count();
+        let enough = used > VIEWS as usize;
+        let (severity, message) = if enough {
+            (Severity::Ok, "enough views of the board")
+        } else {
+            (Severity::Warn, "few views of the board: take more than 10, tilted by up to 45 degrees to all sides")
+        };
+        self.checks.valued(Code::TooFewViews, severity, None, used as f64, f64::from(VIEWS), "views", message);
+        let (severity, message) = if calibration.coverage >= COVERAGE {
+            (Severity::Ok, "the views reach all over the picture")
+        } else {
+            (
+                Severity::Warn,
+                "large parts of the picture, of a 10 x 10 grid, never show the board: distortion is a guess there; bring the board to the corners",
+            )
+        };
+        self.checks.valued(Code::BadCoverage, severity, None, calibration.coverage, COVERAGE, "share of a 10 x 10 grid", message);
+        let limits = Limits { warn: CALIBRATION_RMS, fail: 4.0 * CALIBRATION_RMS };
+        let bad = "the camera does not explain the corners: is the board flat, in focus, and as described?";
+        self.checks.limit(Code::CalibrationError, None, calibration.rms, limits, "px (RMS)", "the camera explains the corners", bad);
+        let lens = calibration.lens;
+        let s = &calibration.sigma;
+        let relative = [s[0] / lens.focal.x, s[1] / lens.focal.y, s[2] / lens.centre.x, s[3] / lens.centre.y];
+        let worst = 3.0 * relative.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        let limits = Limits { warn: CALIBRATION_SIGMA, fail: 4.0 * CALIBRATION_SIGMA };
+        let bad = "focal length or principal point are uncertain: tilt the board more, and bring it nearer";
+        self.checks.limit(Code::CalibrationError, None, worst, limits, "3 sigma over value", "focal length and centre are certain", bad);
+        let mut dropped = Vec::new();
+        for (k, name) in names.iter().enumerate() {
+            let error = calibration.view_errors[k];
+            if let Some(view) = self.report.views.iter_mut().find(|v| v.title == *name && v.role == Role::Board.name()) {
+                view.row("reprojection error", if error.is_nan() { "not used".into() } else { format!("{error:.3} px") });
+                if !calibration.used[k] {
+                    view.row("calibration", "dropped".into());
+                }
+            }
+            if !calibration.used[k] && views[k].len() >= FEWEST_CORNERS {
+                let message = format!("its error is {error:.2} px, far over the others': it was left out of the calibration");
+                self.checks.valued(Code::CalibrationError, Severity::Ok, Some(name), error, calibration.rms, "px", &message);
+                dropped.push(name.clone());
+            }
+        }
+        self.report.corners = views.iter().zip(&calibration.used).filter(|(_, u)| **u).flat_map(|(v, _)| v.iter().map(|c| c.1)).collect();
+        self.lens = Some(lens);
+        Ok(Some(Camera {
+            source: "calibrated".into(),
+            sigma: Some(calibration.sigma),
+            rms_px: Some(calibration.rms),
+            views: u32::try_from(used).unwrap_or(u32::MAX),
+            dropped,
+            coverage: Some(calibration.coverage),
+            ..describe(&lens)
+        }))
+    }
+
+    /// What a board view shows, or why it does not.
+    fn board_checks(&mut self, name: &str, gray: &Gray, found: &board::Found, layout: &crate::board::Board) -> Result<()> {
+        if found.corners.is_empty() {
+            return self.nothing_found(name, gray, &layout.dictionary, "the board", Severity::Warn);
+        }
+        let share = found.corners.len() as f64 / layout.count() as f64;
+        if share < PARTIAL {
+            let message = "a part of the board is seen; the rest is cut off, hidden or too dark";
+            self.checks.valued(Code::BoardPartial, Severity::Warn, Some(name), share, PARTIAL, "share of the corners", message);
+        }
+        if let Some(scale) = found.marker_scale {
+            let bad = "the markers are not as large relative to the squares as [board] says: measure both on the print";
+            self.checks.limit(
+                Code::ScaleMismatch,
+                Some(name),
+                (scale - 1.0).abs(),
+                Limits { warn: 0.02, fail: 0.05 },
+                "relative",
+                "markers and squares have the sizes that [board] says",
+                bad,
+            );
+        }
+        let sides: Vec<[DVec2; 4]> = found.markers.iter().map(|m| m.1).collect();
+        self.sharpness(name, gray, &sides, &layout.dictionary);
+        Ok(())
+    }
+
+    /// Checks the spread of the edges of markers; photographs without markers of some size say nothing.
+    pub(super) fn sharpness(&mut self, name: &str, gray: &impl edges::Grey, sides: &[[DVec2; 4]], dictionary: &str) {
+        if let Some(spread) = edges::spread(gray, sides, markers::cells_of(dictionary)) {
+            let bad = "edges are spread: focus, close the aperture a little, use a tripod";
+            self.checks.limit(Code::Blurry, Some(name), spread, BLURRY, "px (10 to 90 %)", "edges are sharp", bad);
+        }
+    }
+
+    /// No marker, or those of someone else.
+    pub(super) fn nothing_found(&mut self, name: &str, gray: &Gray, dictionary: &str, what: &str, severity: Severity) -> Result<()> {
+        let other = markers::other_family(gray, dictionary)?;
+        if let Some((family, count)) = &other {
+            let message =
+                format!("found other marker family: {count} markers of {family}, none of {dictionary}; is this the right photograph?");
+            self.checks.add(Code::OtherMarkers, severity, Some(name), message);
+        }
+        let message = format!("{what} is not seen: it must be in the picture, in focus, and not in glare");
+        self.checks.add(Code::BoardNotFound, severity, Some(name), message);
+        Ok(())
+    }
+
+    fn given_camera(&mut self) -> Option<Camera> {
+        let given = self.shoot.camera.given?;
+        // The size comes from the first photograph of a sample.
+        let (width, height) = match self.size {
+            Some(size) => size,
+            None => {
+                let file = self.shoot.photos.iter().find(|p| p.role.is_sample()).or(self.shoot.photos.first())?.files.first()?;
+                let photo = crate::photo::read(file).ok()?;
+                (photo.picture.width, photo.picture.height)
+            }
+        };
+        self.size = Some((width, height));
+        let lens = given.lens(width, height);
+        self.lens = Some(lens);
+        Some(describe(&lens))
+    }
+
+    /// Falloff and noise, from the photographs of an even surface.
+    pub(super) fn flat_field(&mut self) -> Result<Option<FlatField>> {
+        let shoot = self.shoot;
+        let mut first: Option<crate::linear::Linear> = None;
+        let mut name = String::new();
+        for spec in shoot.of_role(Role::Flat) {
+            for k in 0..spec.files.len() {
+                let shot = self.shot_of(spec, k..k + 1)?;
+                self.step("flat field")?;
+                let Some(shot) = shot else { continue };
+                let mut view = View::new(&shot.name, Role::Flat.name(), &shot.linear.picture, Some(&shot.linear.saturated), false);
+                view.row("saturated", format!("{:.2} %", 100.0 * share(&shot.linear.saturated)));
+                self.report.views.push(view);
+                match &first {
+                    None => {
+                        name.clone_from(&shot.name);
+                        first = Some(shot.linear);
+                    }
+                    Some(one) if self.sensor.is_none() => self.sensor = noise::measure(one, &shot.linear),
+                    Some(_) => {}
+                }
+            }
+        }
+        let Some(photo) = first else { return Ok(None) };
+        let middle = 0.5 * DVec2::new((photo.picture.width - 1) as f64, (photo.picture.height - 1) as f64);
+        let centre = self.lens.map_or(middle, |l| l.centre);
+        let Some(flat) = Flat::fit(&photo, centre, shoot.camera.flat) else {
+            let message = "the flat field is saturated, dark or uneven all over: take it again at about half of the scale";
+            self.checks.add(Code::UnevenLight, Severity::Fail, Some(&name), message);
+            return Ok(None);
+        };
+        let bad = "the light of the flat field falls off from one side to the other: turn the surface by half a turn and take the mean, or light it more evenly";
+        self.checks.limit(Code::UnevenLight, Some(&name), flat.tilt, UNEVEN, "relative, over the picture", "the flat field is even", bad);
+        let out = FlatField {
+            method: if flat.method == FlatMethod::Divide { "divide" } else { "radial" }.into(),
+            radial: flat.radial,
+            darkest: flat.darkest,
+            residual: flat.residual,
+        };
+        self.flat = Some(flat);
+        Ok(Some(out))
+    }
+}
+
+/// Share of `true`.
+pub(super) fn share(marks: &[bool]) -> f64 {
+    marks.iter().filter(|m| **m).count() as f64 / marks.len().max(1) as f64
+}
+
+fn describe(lens: &Lens) -> Camera {
+    Camera {
+        width: u32::try_from(lens.width).unwrap_or(u32::MAX),
+        height: u32::try_from(lens.height).unwrap_or(u32::MAX),
+        fx: lens.focal.x,
+        fy: lens.focal.y,
+        cx: lens.centre.x,
+        cy: lens.centre.y,
+        distortion: lens.distortion,
+        sigma: None,
+        source: "given".into(),
+        rms_px: None,
+        views: 0,
+        dropped: Vec::new(),
+        coverage: None,
+    }
+}

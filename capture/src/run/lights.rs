@@ -1,0 +1,178 @@
+//! The directions of the lights.
+
+use super::Session;
+use super::read::Shot;
+use crate::checks::{Code, LIGHT};
+use crate::edges::Grey;
+use crate::lens::{Lens, Pose};
+use crate::light::{self, Estimate};
+use crate::report::{Mark, View};
+use crate::shoot::{PhotoSpec, Role, Stick};
+use crate::vision::{Gray, Luminance, circle};
+use biscale::error::Result;
+use biscale::formats::capture::{Light, LightSource, Severity};
+use glam::{DVec2, DVec3};
+use std::collections::BTreeMap;
+
+impl Session<'_> {
+    /// All lights that the shoot file names, or that a photograph shows.
+    pub(super) fn lights(&mut self) -> Result<Vec<Light>> {
+        let shoot = self.shoot;
+        let mut sources: BTreeMap<String, Vec<LightSource>> = BTreeMap::new();
+        for given in &shoot.lights {
+            sources.entry(given.name.clone()).or_default().push(LightSource {
+                kind: "given".into(),
+                photograph: None,
+                direction: given.direction.into(),
+                sigma_deg: given.sigma_deg,
+            });
+        }
+        for spec in shoot.of_role(Role::Light) {
+            if let Some(shot) = self.shot(spec)? {
+                if let Some(source) = self.light_of(spec, &shot)? {
+                    sources.entry(spec.light.clone()).or_default().push(source);
+                }
+            }
+            self.step("lights")?;
+        }
+        Ok(sources.into_iter().filter_map(|(name, sources)| self.together(name, sources)).collect())
+    }
+
+    fn together(&mut self, name: String, sources: Vec<LightSource>) -> Option<Light> {
+        let estimates: Vec<Estimate> =
+            sources.iter().map(|s| Estimate { direction: s.direction.into(), sigma: s.sigma_deg.to_radians() }).collect();
+        let (best, apart) = light::combine(&estimates)?;
+        let apart = (sources.len() > 1).then(|| apart.to_degrees());
+        if let Some(apart) = apart {
+            let bad = "two sources disagree on the light's direction: was the lamp moved, is it too near, or a mark in the wrong place?";
+            self.checks.limit(Code::LightInconsistent, None, apart, LIGHT, "degrees", "all sources agree on the light's direction", bad);
+            if let Some(check) = self.checks.0.last_mut() {
+                check.message = format!("light \"{name}\": {}", check.message);
+            }
+        }
+        Some(Light {
+            name,
+            direction: best.direction.into(),
+            sigma_deg: best.sigma.to_degrees(),
+            irradiance_rgb: None,
+            sources,
+            disagreement_deg: apart,
+        })
+    }
+
+    /// What one photograph of a ball or stick tells.
+    fn light_of(&mut self, spec: &PhotoSpec, shot: &Shot) -> Result<Option<LightSource>> {
+        let name = shot.name.clone();
+        let mut view = View::new(&name, Role::Light.name(), &shot.linear.picture, Some(&shot.linear.saturated), false);
+        let pose = self.pose_of(spec, shot)?;
+        let Some((pose, lens)) = pose else {
+            self.report.views.push(view);
+            let message =
+                "where the camera stood is not known: the board or sheet of the sample must be seen together with the ball or stick";
+            self.checks.add(Code::LightNotFound, Severity::Fail, Some(&name), message);
+            return Ok(None);
+        };
+        let (kind, found) = match spec.stick {
+            Some(stick) => ("stick", self.stick(&stick, shot, &pose, &lens, &mut view)),
+            None => ("mirror-ball", self.ball(spec, shot, &pose, &lens, &mut view)?),
+        };
+        let out = match found {
+            Ok(estimate) => {
+                let d = estimate.direction;
+                view.row("direction", format!("({:.4}, {:.4}, {:.4})", d.x, d.y, d.z));
+                view.row("standard deviation", format!("{:.2} degrees", estimate.sigma.to_degrees()));
+                Some(LightSource { kind: kind.into(), photograph: Some(name), direction: d.into(), sigma_deg: estimate.sigma.to_degrees() })
+            }
+            Err(message) => {
+                self.checks.add(Code::LightNotFound, Severity::Fail, Some(&name), message);
+                None
+            }
+        };
+        self.report.views.push(view);
+        Ok(out)
+    }
+
+    fn ball(&self, spec: &PhotoSpec, shot: &Shot, pose: &Pose, lens: &Lens, view: &mut View) -> Result<Result<Estimate, String>> {
+        let luminance = Luminance(&shot.linear.picture);
+        let candidates = match spec.ball_px {
+            Some(circle) => vec![circle],
+            None => circle::candidates(&Gray::of(&shot.linear.picture, false))?,
+        };
+        // The likeliest ball is the one whose outline is a cone within less.
+        let mut best: Option<(f64, light::Outline, [f64; 3], DVec2, f64)> = None;
+        for candidate in candidates {
+            let places = circle::outline(&luminance, candidate);
+            let rays: Vec<DVec3> = places.iter().filter_map(|p| lens.ray(*p)).collect();
+            let Some(outline) = light::ball_outline(&rays) else { continue };
+            let spot = spec.highlight_px.map(|p| (p, 1.0)).or_else(|| circle::highlight(&luminance, candidate));
+            let Some((spot, size)) = spot else { continue };
+            let misfit = outline.rms / outline.half_angle / (outline.rays as f64).sqrt();
+            // Half of the rim must be seen, as a rim and not as edges anywhere.
+            let is_rim = 2 * outline.rays >= circle::RAYS as usize && outline.rms < 0.02 * outline.half_angle;
+            if is_rim && best.as_ref().is_none_or(|b| misfit < b.0) {
+                best = Some((misfit, outline, candidate, spot, size));
+            }
+        }
+        let Some((_, outline, candidate, spot, size)) = best else {
+            return Ok(Err(
+                "no ball with a highlight is seen: give its outline as `ball_px = [x, y, radius]` and the highlight as `highlight_px`"
+                    .into(),
+            ));
+        };
+        view.marks.push(Mark::Circle(DVec2::new(candidate[0], candidate[1]), candidate[2], "ball"));
+        view.marks.push(Mark::Cross(spot));
+        let Some(ray) = lens.ray(spot) else { return Ok(Err("the highlight lies where the lens cannot see".into())) };
+        // The middle of a spot is known to a small part of its size.
+        let sigma = (0.25 + 0.1 * size) / (0.5 * (lens.focal.x + lens.focal.y));
+        Ok(match light::mirror_ball(&outline, ray, sigma) {
+            Some(e) => Ok(Estimate { direction: (pose.rotation.transpose() * e.direction).normalize(), sigma: e.sigma }),
+            None => Err("the highlight does not lie on the ball: correct `ball_px` or `highlight_px`".into()),
+        })
+    }
+
+    fn stick(&self, stick: &Stick, shot: &Shot, pose: &Pose, lens: &Lens, view: &mut View) -> Result<Estimate, String> {
+        // The stick stands on what carries the markers.
+        let ground = -self.shoot.sample.offset;
+        let foot = stick.foot.extend(ground);
+        let tip = stick.foot.extend(ground + stick.height);
+        let on_ground = |p: DVec2| lens.project(pose.to_camera(p.extend(ground)));
+        let luminance = Luminance(&shot.linear.picture);
+        let eye = pose.eye();
+        let shadow = match stick.shadow_px {
+            Some(pixel) => {
+                let ray = lens.ray(pixel).ok_or("the tip of the shadow lies where the lens cannot see")?;
+                light::on_plane(eye, pose.rotation.transpose() * ray, ground)
+                    .map(|p| p.truncate())
+                    .ok_or("the tip of the shadow does not lie on the ground")?
+            }
+            None => {
+                // Light in the surroundings of the foot: most of it is paper.
+                let value = |p: DVec2| luminance.value(on_ground(p)?);
+                let ring = (0..180).map(|k| value(stick.foot + stick.height * DVec2::from_angle(f64::from(k).to_radians() * 2.0)));
+                let mut around: Vec<f64> = ring.flatten().collect();
+                if around.len() < 60 {
+                    return Err("the surroundings of the stick are not in the picture: give the tip of the shadow as `shadow_px`".into());
+                }
+                let k = around.len() * 3 / 4;
+                let paper = *around.select_nth_unstable_by(k, f64::total_cmp).1;
+                let depth = pose.to_camera(foot).z;
+                let step = (0.5 * depth / lens.focal.x).clamp(1e-3, stick.height);
+                // The stick hides what is behind it, seen from the camera.
+                let hidden = light::on_plane(eye, tip - eye, ground).map_or(DVec2::ZERO, |p| p.truncate() - stick.foot);
+                let look = |p: DVec2| value(p).map(|v| v / paper);
+                light::shadow_tip(stick.foot, hidden, 12.0 * stick.height, step, &look)
+                    .ok_or("no shadow of the stick is seen: let it fall on white paper, or give its tip as `shadow_px`")?
+            }
+        };
+        // The end of the shadow is that of the far rim of its top.
+        let away = (shadow - stick.foot).normalize_or_zero();
+        let middle = shadow - stick.radius * away;
+        for p in [stick.foot, shadow] {
+            view.marks.extend(on_ground(p).map(Mark::Cross));
+        }
+        view.marks.extend(lens.project(pose.to_camera(tip)).map(Mark::Cross));
+        // A pixel and a half of the shadow's end, at the distance of the ground.
+        let sigma = 1.5 * pose.to_camera(shadow.extend(ground)).z / lens.focal.x;
+        light::stick(tip, middle.extend(ground), sigma).ok_or_else(|| "the shadow says that the light is below the ground".to_owned())
+    }
+}

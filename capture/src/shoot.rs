@@ -1,0 +1,541 @@
+//! The shoot file: which photographs there are, and what is known beforehand.
+
+use crate::board::Board;
+use crate::lens::Lens;
+use crate::sheet::{Sheet, Target};
+use biscale::error::Result;
+use biscale::toml_reader::{Range, Source, TableReader, range};
+use glam::{DVec2, DVec3};
+use std::path::PathBuf;
+
+/// What `biscale new shoot` writes.
+pub const TEMPLATE: &str = include_str!("shoot_template.toml");
+
+/// A whole shoot file.
+#[derive(Clone, Debug)]
+pub struct Shoot {
+    /// The file.
+    pub file: PathBuf,
+    /// Its name.
+    pub name: String,
+    /// What is known of the camera.
+    pub camera: CameraSpec,
+    /// The calibration board.
+    pub board: Option<Board>,
+    /// What is photographed.
+    pub sample: SampleSpec,
+    /// The normal of the colour checker in the sample's frame, if it is known.
+    pub checker_normal: Option<DVec3>,
+    /// Lights with a direction that is given.
+    pub lights: Vec<LightSpec>,
+    /// The photographs.
+    pub photos: Vec<PhotoSpec>,
+}
+
+/// What is known of the camera.
+#[derive(Clone, Debug)]
+pub struct CameraSpec {
+    /// Focal lengths, principal point and distortion, in place of a calibration.
+    pub given: Option<GivenLens>,
+    /// Sensor value without light, of the full scale of 1.
+    pub black: f64,
+    /// Value from which on a pixel counts as saturated; without it [`SATURATION`] of the full scale, and for floats, which have none, never.
+    pub saturation: Option<f64>,
+    /// The user says that the values are linear, whatever the file says.
+    pub linear: bool,
+    /// Electrons of a full pixel at ISO 100.
+    pub full_well_e: Option<f64>,
+    /// Read noise, electrons.
+    pub read_noise_e: Option<f64>,
+    /// How the flat field is used.
+    pub flat: FlatMethod,
+}
+
+/// Share of the full scale from which on a pixel counts as saturated.
+pub const SATURATION: f64 = 0.98;
+
+/// A lens that is given; sizes come from the photographs.
+#[derive(Clone, Copy, Debug)]
+pub struct GivenLens {
+    focal: DVec2,
+    focal_over_width: Option<f64>,
+    centre: Option<DVec2>,
+    distortion: [f64; 5],
+}
+
+impl GivenLens {
+    /// The lens for photographs of a size.
+    pub fn lens(&self, width: usize, height: usize) -> Lens {
+        let middle = 0.5 * DVec2::new((width - 1) as f64, (height - 1) as f64);
+        let focal = self.focal_over_width.map_or(self.focal, |f| DVec2::splat(f * width as f64));
+        Lens { width, height, focal, centre: self.centre.unwrap_or(middle), distortion: self.distortion }
+    }
+}
+
+/// How the flat field is used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FlatMethod {
+    /// Divide by the photograph, smoothed.
+    Divide,
+    /// Divide by the radial polynomial that fits it.
+    Radial,
+}
+
+/// What is photographed, and how it is found.
+#[derive(Clone, Debug)]
+pub struct SampleSpec {
+    /// Its shape; lengths in mm.
+    pub shape: Shape,
+    /// What registers it.
+    pub on: Registration,
+    /// Height of its surface over the markers, mm.
+    pub offset: f64,
+    /// What is expected in the close-up.
+    pub kind: SurfaceKind,
+}
+
+/// A shape of the sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// Flat: width and height.
+    Plane(DVec2),
+    /// Side of a cylinder.
+    Cylinder {
+        /// Of the outer surface.
+        radius: f64,
+        /// Along the axis.
+        height: f64,
+        /// Covered part, degrees from +x.
+        arc_deg: [f64; 2],
+    },
+}
+
+/// Where markers are.
+#[derive(Clone, Debug)]
+pub enum Registration {
+    /// On the sheet that the sample is glued onto.
+    Sheet(Box<Sheet>),
+    /// The sample lies on the calibration board, its middle at this place.
+    Board(DVec2),
+    /// Nothing: every photograph says where the camera stands.
+    None,
+}
+
+/// What is expected in the close-up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SurfaceKind {
+    /// Threads.
+    Weave,
+    /// Parallel grooves or pyramids.
+    Relief,
+    /// Nothing is looked for.
+    Other,
+}
+
+/// A light with a known direction.
+#[derive(Clone, Debug)]
+pub struct LightSpec {
+    /// Its name.
+    pub name: String,
+    /// Unit vector towards it, in the sample's frame.
+    pub direction: DVec3,
+    /// How well it is known, degrees.
+    pub sigma_deg: f64,
+}
+
+/// What a photograph is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// A view of the calibration board.
+    Board,
+    /// An even surface in even light.
+    Flat,
+    /// A colour checker of 24 patches.
+    Checker,
+    /// A mirror ball, or a stick and its shadow.
+    Light,
+    /// Near enough to see the small-scale surface.
+    CloseUp,
+    /// Far enough to see its average.
+    Distant,
+    /// As `Distant`, kept back to test a fit.
+    Validation,
+}
+
+/// The names of roles in files.
+pub const ROLES: [(&str, Role); 7] = [
+    ("board", Role::Board),
+    ("flat", Role::Flat),
+    ("checker", Role::Checker),
+    ("light", Role::Light),
+    ("close-up", Role::CloseUp),
+    ("distant", Role::Distant),
+    ("validation", Role::Validation),
+];
+
+impl Role {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        ROLES.iter().find(|r| r.1 == self).map_or("", |r| r.0)
+    }
+
+    /// Whether a linear photograph is written of it.
+    pub fn is_sample(self) -> bool {
+        matches!(self, Self::CloseUp | Self::Distant | Self::Validation)
+    }
+}
+
+/// One entry of the list.
+#[derive(Clone, Debug)]
+pub struct PhotoSpec {
+    /// Its line in the shoot file.
+    pub line: usize,
+    /// What it is for.
+    pub role: Role,
+    /// The file, or the brackets of one view.
+    pub files: Vec<PathBuf>,
+    /// Shutter times, s; empty: what the files say.
+    pub seconds: Vec<f64>,
+    /// Sensitivity, ISO.
+    pub iso: Option<f64>,
+    /// F-number.
+    pub f_number: Option<f64>,
+    /// Name of the light.
+    pub light: String,
+    /// Corners of the checker, px: outer corners of the patches 1, 6, 24 and 19 (dark skin, bluish green, black, white).
+    pub checker_px: Option<[DVec2; 4]>,
+    /// The mirror ball's outline in the picture: middle and radius, px.
+    pub ball_px: Option<[f64; 3]>,
+    /// Highlight on the ball, px.
+    pub highlight_px: Option<DVec2>,
+    /// A stick that stands upright on the board or sheet.
+    pub stick: Option<Stick>,
+    /// Size of a pixel of a close-up without markers, mm.
+    pub mm_per_px: Option<f64>,
+    /// Where the camera stands in the sample's frame, what it looks at and what is up in its picture, where no marker tells.
+    pub view: Option<[DVec3; 3]>,
+}
+
+/// A stick that throws a shadow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stick {
+    /// Its foot in the sample's frame, mm.
+    pub foot: DVec2,
+    /// Its height over the plane of the foot, mm.
+    pub height: f64,
+    /// Its radius, mm: its shadow is longer by that.
+    pub radius: f64,
+    /// Tip of its shadow in the picture, px.
+    pub shadow_px: Option<DVec2>,
+}
+
+const LENGTH: Range = range(1e-3, 1e5);
+const PLACE: Range = range(-1e5, 1e5);
+const PIXEL: Range = range(-1e5, 1e5);
+const NAMES: &str = "DICT_4X4_50 DICT_4X4_100 DICT_4X4_250 DICT_4X4_1000 DICT_5X5_50 DICT_5X5_100 DICT_5X5_250 DICT_5X5_1000 DICT_6X6_50 \
+                     DICT_6X6_100 DICT_6X6_250 DICT_6X6_1000 DICT_7X7_50 DICT_7X7_100 DICT_7X7_250 DICT_7X7_1000 DICT_ARUCO_ORIGINAL";
+/// Name of the light where a file names none.
+const ONLY_LIGHT: &str = "light";
+
+/// Names of the dictionaries, in the order of `OpenCV`'s numbers.
+pub fn dictionaries() -> Vec<&'static str> {
+    NAMES.split(' ').collect()
+}
+
+impl Shoot {
+    /// Whether a file is a shoot file: it has photographs.
+    pub fn is_shoot(source: &Source) -> bool {
+        source.parse().is_ok_and(|t| t.get_ref().contains_key("photo") && !t.get_ref().contains_key("geometry"))
+    }
+
+    /// Reads a shoot file; the photographs themselves are only looked for.
+    ///
+    /// # Errors
+    /// Bad input with file, line, field and remedy.
+    pub fn parse(source: &Source) -> Result<Self> {
+        let table = source.parse()?;
+        let top = TableReader::new(source, "", table.get_ref(), 0);
+        let name = top.head()?;
+        let camera = camera(top.table("camera")?)?;
+        let board = top.table("board")?.map(board).transpose()?;
+        let sample_table =
+            top.table("sample")?.ok_or_else(|| top.missing("sample", "{ shape = \"plane\", width_mm = 100, height_mm = 100 }"))?;
+        let sample = sample(sample_table, board.as_ref())?;
+        let checker_normal = match top.table("checker")? {
+            Some(checker) => {
+                let normal = direction(&checker, "normal")?;
+                checker.finish()?;
+                normal
+            }
+            None => None,
+        };
+        let flat = matches!(sample.shape, Shape::Plane(_));
+        let lights = top.tables("light")?.into_iter().map(light).collect::<Result<Vec<_>>>()?;
+        let photos = top.tables("photo")?.into_iter().map(photo).collect::<Result<Vec<_>>>()?;
+        if photos.is_empty() {
+            return Err(top.missing("photo", "...` tables headed `[[photo]]"));
+        }
+        top.finish()?;
+        let out = Self {
+            file: source.path.clone(),
+            name,
+            camera,
+            board,
+            sample,
+            checker_normal: checker_normal.or(flat.then_some(DVec3::Z)),
+            lights,
+            photos,
+        };
+        Ok(out)
+    }
+
+    /// The photographs of a role.
+    pub fn of_role(&self, role: Role) -> impl Iterator<Item = &PhotoSpec> {
+        self.photos.iter().filter(move |p| p.role == role)
+    }
+}
+
+fn camera(table: Option<TableReader<'_>>) -> Result<CameraSpec> {
+    let default = CameraSpec {
+        given: None,
+        black: 0.0,
+        saturation: None,
+        linear: false,
+        full_well_e: None,
+        read_noise_e: None,
+        flat: FlatMethod::Radial,
+    };
+    let Some(t) = table else { return Ok(default) };
+    let pixels = range(1.0, 1e6);
+    let focal_px = match t.f64("focal_px", pixels) {
+        Ok(one) => one.map(DVec2::splat),
+        Err(e) => t.array::<2>("focal_px", pixels).map_err(|_| e)?.map(DVec2::from),
+    };
+    let (focal_mm, sensor) = (t.f64("focal_mm", range(0.1, 1e4))?, t.f64("sensor_width_mm", range(0.1, 1e3))?);
+    let centre = t.array::<2>("centre_px", PIXEL)?.map(DVec2::from);
+    let distortion = t.array::<5>("distortion", range(-100.0, 100.0))?.unwrap_or_default();
+    let given = match (focal_px, focal_mm, sensor) {
+        (Some(f), _, _) => Some(GivenLens { focal: f, focal_over_width: None, centre, distortion }),
+        (None, Some(f), Some(s)) => Some(GivenLens { focal: DVec2::ONE, focal_over_width: Some(f / s), centre, distortion }),
+        (None, Some(_), None) => return Err(t.missing("sensor_width_mm", "36.0")),
+        (None, None, Some(_)) => return Err(t.missing("focal_mm", "50.0")),
+        (None, None, None) if centre.is_some() || t.has("distortion") => return Err(t.missing("focal_px", "3000.0")),
+        (None, None, None) => None,
+    };
+    let out = CameraSpec {
+        given,
+        black: t.f64("black_level", range(0.0, 0.5))?.unwrap_or(default.black),
+        saturation: t.f64("saturation", range(0.01, 1e6))?,
+        linear: t.bool("linear")?.unwrap_or(default.linear),
+        full_well_e: t.f64("full_well_e", range(10.0, 1e7))?,
+        read_noise_e: t.f64("read_noise_e", range(0.0, 1e4))?,
+        flat: match t.choice("flat_field", &["radial", "divide"])? {
+            Some(1) => FlatMethod::Divide,
+            _ => FlatMethod::Radial,
+        },
+    };
+    t.finish()?;
+    Ok(out)
+}
+
+fn board(t: TableReader<'_>) -> Result<Board> {
+    let kinds = ["charuco", "chessboard", "aruco-grid", "sheet"];
+    let kind = t.choice("kind", &kinds)?.ok_or_else(|| t.missing("kind", "\"charuco\""))?;
+    let count = |key| t.integer(key, 2, 100)?.ok_or_else(|| t.missing(key, "8"));
+    let length = |key| t.f64(key, LENGTH)?.ok_or_else(|| t.missing(key, "20.0"));
+    let names = dictionaries();
+    let dictionary = |key| -> Result<&'static str> { Ok(names[t.choice(key, &names)?.unwrap_or(5)]) };
+    let out = match kind {
+        0 => {
+            let (columns, rows, square, marker) = (count("columns")?, count("rows")?, length("square_mm")?, length("marker_mm")?);
+            if marker >= square {
+                return Err(t.error_at("marker_mm", "the markers are not smaller than the squares", "measure both on the print"));
+            }
+            let first = t.choice("first_square", &["black", "white"])?.unwrap_or(0);
+            Board::charuco(columns, rows, square, marker, dictionary("dictionary")?, first == 0)
+        }
+        1 => Board::chessboard(count("columns")?, count("rows")?, length("square_mm")?),
+        2 => {
+            let first = t.integer("first_id", 0, 1000)?.unwrap_or(0);
+            let first = i32::try_from(first).unwrap_or(0);
+            Board::grid(count("columns")?, count("rows")?, length("marker_mm")?, length("gap_mm")?, dictionary("dictionary")?, first)
+        }
+        _ => {
+            let file = t.path("file")?.ok_or_else(|| t.missing("file", "\"sheet.json\""))?;
+            Board::of_sheet(&Sheet::read(&file)?)
+        }
+    };
+    t.finish()?;
+    Ok(out)
+}
+
+fn sample(t: TableReader<'_>, board: Option<&Board>) -> Result<SampleSpec> {
+    let sheet = t.path("sheet")?.map(|file| Sheet::read(&file)).transpose()?;
+    let offset = t.f64("offset_mm", range(0.0, 1e3))?.unwrap_or(0.0);
+    let shape = t.choice("shape", &["plane", "cylinder"])?;
+    let length = |key| t.f64(key, LENGTH);
+    let (width, height, radius) = (length("width_mm")?, length("height_mm")?, length("radius_mm")?);
+    let arc_deg = t.array::<2>("arc_deg", range(-720.0, 720.0))?;
+    let need = |value: Option<f64>, key| value.ok_or_else(|| t.missing(key, "100.0"));
+    let shape = match (shape, sheet.as_ref().map(|s| (s.target, s))) {
+        (None, Some((Target::Plane { .. }, s))) => Shape::Plane(s.extent),
+        (None, Some((Target::Cylinder { radius: bare, .. }, s))) => Shape::Cylinder {
+            radius: radius.unwrap_or(bare + s.thickness + offset),
+            height: height.unwrap_or(s.extent.y),
+            arc_deg: arc_deg.unwrap_or([0.0, 360.0]),
+        },
+        (None, _) => return Err(t.missing("shape", "\"plane\"")),
+        (Some(0), _) => Shape::Plane(DVec2::new(need(width, "width_mm")?, need(height, "height_mm")?)),
+        (Some(_), _) => Shape::Cylinder {
+            radius: need(radius, "radius_mm")?,
+            height: need(height, "height_mm")?,
+            arc_deg: arc_deg.unwrap_or([0.0, 360.0]),
+        },
+    };
+    if let Shape::Cylinder { arc_deg: [a, b], .. } = shape {
+        if !(a < b && b - a <= 360.0) {
+            return Err(t.error_at(
+                "arc_deg",
+                format!("the arc from {a} to {b} degrees is empty or more than a turn"),
+                "write two angles, the smaller first",
+            ));
+        }
+    }
+    let centre = t.array::<2>("board_mm", PLACE)?.map(DVec2::from);
+    let on = match (sheet, centre, board) {
+        (Some(_), Some(_), _) => {
+            return Err(t.error_at("board_mm", "the sample has a sheet and a place on the board", "keep one of the two"));
+        }
+        (Some(sheet), None, _) => {
+            let round = matches!(sheet.target, Target::Cylinder { .. });
+            if round != matches!(shape, Shape::Cylinder { .. }) {
+                return Err(t.error_at("shape", "the sheet was made for another shape", "leave `shape` out: the sheet says it"));
+            }
+            Registration::Sheet(Box::new(sheet))
+        }
+        (None, Some(_), None) => return Err(t.error_at("board_mm", "there is no [board]", "describe the board, or name a `sheet`")),
+        (None, Some(_), Some(_)) if matches!(shape, Shape::Cylinder { .. }) => {
+            return Err(t.error_at(
+                "board_mm",
+                "a cylinder cannot lie on the board",
+                "use the `sheet` that `fold --on cylinder:...` writes",
+            ));
+        }
+        (None, Some(centre), Some(_)) => Registration::Board(centre),
+        (None, None, _) => Registration::None,
+    };
+    let kind = match t.choice("surface", &["weave", "relief", "other"])? {
+        Some(1) => SurfaceKind::Relief,
+        Some(2) => SurfaceKind::Other,
+        _ => SurfaceKind::Weave,
+    };
+    t.finish()?;
+    Ok(SampleSpec { shape, on, offset, kind })
+}
+
+fn direction(t: &TableReader<'_>, key: &'static str) -> Result<Option<DVec3>> {
+    let Some(v) = t.array::<3>(key, PLACE)?.map(DVec3::from) else { return Ok(None) };
+    if v.length() < 1e-9 {
+        return Err(t.error_at(key, "the direction has no length", "write a vector such as [0, 0, 1]"));
+    }
+    Ok(Some(v.normalize()))
+}
+
+fn light(t: TableReader<'_>) -> Result<LightSpec> {
+    let direction = direction(&t, "direction")?.ok_or_else(|| t.missing("direction", "[0.5, 0.0, 0.87]"))?;
+    let out = LightSpec {
+        name: t.str("name")?.unwrap_or(ONLY_LIGHT).to_owned(),
+        direction,
+        sigma_deg: t.f64("sigma_deg", range(1e-6, 90.0))?.unwrap_or(1.5),
+    };
+    t.finish()?;
+    Ok(out)
+}
+
+fn photo(t: TableReader<'_>) -> Result<PhotoSpec> {
+    let words: Vec<&str> = ROLES.iter().map(|r| r.0).collect();
+    let role = ROLES[t.choice("role", &words)?.ok_or_else(|| t.missing("role", "\"distant\""))?].1;
+    let mut files: Vec<PathBuf> = t.path("file")?.into_iter().collect();
+    if let Some(names) = t.strings("files")? {
+        if !files.is_empty() {
+            return Err(t.error_at(
+                "files",
+                "`file` and `files` are both given",
+                "keep one: `files` are the brackets of one view, or views of the board",
+            ));
+        }
+        for name in names {
+            let path = t.source().folder().join(name);
+            if !path.is_file() {
+                return Err(t.error_at("files", format!("there is no file \"{name}\""), "write paths relative to the folder of this file"));
+            }
+            files.push(path);
+        }
+    }
+    if files.is_empty() {
+        return Err(t.missing("file", "\"IMG_0001.tif\""));
+    }
+    let positive = range(1e-7, 1e5);
+    let seconds = match t.f64("seconds", positive) {
+        Ok(one) => one.into_iter().collect(),
+        Err(e) => numbers(&t, "seconds", files.len())?.ok_or(e)?,
+    };
+    if !seconds.is_empty() && seconds.len() != files.len() {
+        return Err(t.error_at(
+            "seconds",
+            format!("{} times for {} files", seconds.len(), files.len()),
+            "write one time a file, in brackets",
+        ));
+    }
+    let radius = t.f64("stick_radius_mm", range(0.0, 1e3))?.unwrap_or(0.0);
+    let stick = match (t.array::<2>("stick_mm", PLACE)?, t.f64("stick_height_mm", LENGTH)?, t.array::<2>("shadow_px", PIXEL)?) {
+        (Some(foot), Some(height), shadow) => Some(Stick { foot: foot.into(), height, radius, shadow_px: shadow.map(DVec2::from) }),
+        (Some(_), None, _) => return Err(t.missing("stick_height_mm", "30.0")),
+        (None, Some(_), _) | (None, None, Some(_)) => return Err(t.missing("stick_mm", "[0.0, 0.0]")),
+        (None, None, None) => None,
+    };
+    let eye = t.array::<3>("eye", PLACE)?.map(DVec3::from);
+    let (target, up) = (t.array::<3>("target", PLACE)?.map_or(DVec3::ZERO, DVec3::from), direction(&t, "up")?.unwrap_or(DVec3::Z));
+    let view = match eye {
+        Some(eye) if (target - eye).cross(up).length() < 1e-9 => {
+            return Err(t.error_at("up", "the camera looks along `up`, or stands at its target", "choose another `up`"));
+        }
+        Some(eye) => Some([eye, target, up]),
+        None if t.has("target") || t.has("up") => return Err(t.missing("eye", "[0.0, 0.0, 500.0]")),
+        None => None,
+    };
+    let out = PhotoSpec {
+        line: t.line(),
+        role,
+        files,
+        seconds,
+        iso: t.f64("iso", range(1.0, 1e7))?,
+        f_number: t.f64("f_number", range(0.1, 1e3))?,
+        light: t.str("light")?.unwrap_or(ONLY_LIGHT).to_owned(),
+        checker_px: t.array::<8>("checker_px", PIXEL)?.map(|c| std::array::from_fn(|k| DVec2::new(c[2 * k], c[2 * k + 1]))),
+        ball_px: t.array::<3>("ball_px", PIXEL)?,
+        highlight_px: t.array::<2>("highlight_px", PIXEL)?.map(DVec2::from),
+        stick,
+        mm_per_px: t.f64("mm_per_px", range(1e-6, 1e3))?,
+        view,
+    };
+    t.finish()?;
+    Ok(out)
+}
+
+/// `count` positive numbers in brackets; TOML arrays of any length are read for up to nine brackets.
+fn numbers(t: &TableReader<'_>, key: &'static str, count: usize) -> Result<Option<Vec<f64>>> {
+    let r = range(1e-7, 1e5);
+    Ok(match count {
+        1 => t.array::<1>(key, r)?.map(Vec::from),
+        2 => t.array::<2>(key, r)?.map(Vec::from),
+        3 => t.array::<3>(key, r)?.map(Vec::from),
+        4 => t.array::<4>(key, r)?.map(Vec::from),
+        5 => t.array::<5>(key, r)?.map(Vec::from),
+        6 => t.array::<6>(key, r)?.map(Vec::from),
+        7 => t.array::<7>(key, r)?.map(Vec::from),
+        8 => t.array::<8>(key, r)?.map(Vec::from),
+        9 => t.array::<9>(key, r)?.map(Vec::from),
+        _ => return Err(t.error_at(key, format!("{count} brackets of one view"), "give at most 9")),
+    })
+}

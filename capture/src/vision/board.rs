@@ -1,0 +1,173 @@
+//! The corners of a board in a photograph.
+
+use super::markers::{self, Marker};
+use super::{Gray, failed, place, point, refine_corners, whole};
+use crate::board::{Board, Kind};
+use biscale::error::Result;
+use glam::DVec2;
+use opencv::calib3d;
+use opencv::core::{Mat, Point2f, Size, Vector};
+use opencv::prelude::*;
+
+/// What was found of a board.
+#[derive(Clone, Debug, Default)]
+pub struct Found {
+    /// Markers of the board's dictionary and numbers.
+    pub markers: Vec<Marker>,
+    /// Places on the board, mm, and in the photograph, px.
+    pub corners: Vec<(DVec2, DVec2)>,
+    /// Side of the markers relative to what the board says, where squares tell it.
+    pub marker_scale: Option<f64>,
+}
+
+/// Looks for a board.
+///
+/// # Errors
+/// What `OpenCV` says; a board that is not there is no error.
+pub fn detect(gray: &Gray, board: &Board) -> Result<Found> {
+    match board.kind {
+        Kind::Chessboard { columns, rows } => {
+            let pixels = chessboard(gray, columns, rows)?;
+            Ok(Found { corners: board.corners.iter().copied().zip(pixels).collect(), ..Found::default() })
+        }
+        Kind::Markers => {
+            let markers = of_board(gray, board)?;
+            let corners = markers.iter().flat_map(|m| marker_places(board, m.0).into_iter().flatten().zip(m.1)).collect();
+            Ok(Found { markers, corners, marker_scale: None })
+        }
+        Kind::Charuco { square, marker, .. } => charuco(gray, board, square, marker),
+    }
+}
+
+fn of_board(gray: &Gray, board: &Board) -> Result<Vec<Marker>> {
+    let mut markers = markers::detect(gray, &board.dictionary)?;
+    markers.retain(|m| marker_places(board, m.0).is_some());
+    Ok(markers)
+}
+
+/// Corners of a marker on the board, mm.
+pub fn marker_places(board: &Board, id: i32) -> Option<[DVec2; 4]> {
+    board.markers.iter().find(|m| m.0 == id).map(|m| m.1)
+}
+
+/// The inner corners of a chessboard in a photograph, row by row; none if it is not seen as a whole.
+fn chessboard(gray: &Gray, columns: u32, rows: u32) -> Result<Vec<DVec2>> {
+    const LOOK: f64 = 1600.0;
+    let what = "looking for a chessboard";
+    let factor = (gray.width.max(gray.height) as f64 / LOOK).max(1.0);
+    let size = Size::new(columns.try_into().unwrap_or(i32::MAX), rows.try_into().unwrap_or(i32::MAX));
+    let small = if factor > 1.0 { gray.smaller(factor)? } else { gray.mat()?.try_clone().map_err(failed(what))? };
+    let mut points: Vector<Point2f> = Vector::new();
+    let classic = calib3d::CALIB_CB_ADAPTIVE_THRESH | calib3d::CALIB_CB_NORMALIZE_IMAGE | calib3d::CALIB_CB_FAST_CHECK;
+    let mut found = calib3d::find_chessboard_corners(&small, size, &mut points, classic).map_err(failed(what))?;
+    if !found {
+        let thorough = calib3d::CALIB_CB_NORMALIZE_IMAGE | calib3d::CALIB_CB_EXHAUSTIVE;
+        found = calib3d::find_chessboard_corners_sb(&small, size, &mut points, thorough).map_err(failed(what))?;
+    }
+    let columns = columns as usize;
+    if !found || points.len() != columns * rows as usize {
+        return Ok(Vec::new());
+    }
+    let rough: Vec<DVec2> = points.iter().map(|p| (place(p) + 0.5) * factor - 0.5).collect();
+    // The nearest neighbour decides how far a window may reach.
+    let along = rough.windows(2).enumerate().filter(|(k, _)| (k + 1) % columns != 0).map(|(_, w)| w[0].distance(w[1]));
+    let across = rough.iter().zip(&rough[columns.min(rough.len())..]).map(|(a, b)| a.distance(*b));
+    let nearest = along.chain(across).fold(f64::INFINITY, f64::min);
+    refine_corners(gray, &rough, whole(0.4 * nearest).clamp(2, 11))
+}
+
+/// Corners between the squares, from the markers around them (as `interpolateCornersCharuco` does), then refined.
+fn charuco(gray: &Gray, board: &Board, square: f64, marker: f64) -> Result<Found> {
+    let markers = of_board(gray, board)?;
+    let mut corners = Vec::new();
+    if markers.is_empty() {
+        return Ok(Found::default());
+    }
+    let all: Vec<(DVec2, DVec2)> = markers.iter().flat_map(|m| marker_places(board, m.0).into_iter().flatten().zip(m.1)).collect();
+    for &corner in &board.corners {
+        // Only where a marker of its own is seen: elsewhere it would be a guess.
+        let mut near: Vec<&Marker> = markers
+            .iter()
+            .filter(|m| marker_places(board, m.0).is_some_and(|c| (c.iter().sum::<DVec2>() / 4.0).distance(corner) < 0.75 * square))
+            .collect();
+        if near.is_empty() {
+            continue;
+        }
+        near.sort_by_key(|m| m.0);
+        let mut pairs: Vec<(DVec2, DVec2)> = near.iter().flat_map(|m| marker_places(board, m.0).into_iter().flatten().zip(m.1)).collect();
+        if near.len() == 1 {
+            // One marker alone has too short a lever: the next ones help.
+            let mut others: Vec<&(DVec2, DVec2)> = all.iter().collect();
+            others.sort_by(|a, b| a.0.distance(corner).total_cmp(&b.0.distance(corner)));
+            pairs = others.into_iter().take(8).copied().collect();
+        }
+        let Some(h) = homography(&pairs)? else { continue };
+        let rough = apply(&h, corner);
+        // Half of the gap between corner and marker, in pixels there.
+        let gap = 0.5 * (square - marker);
+        let reach = [DVec2::X, DVec2::Y].iter().map(|d| apply(&h, corner + gap * *d).distance(rough)).fold(f64::INFINITY, f64::min);
+        let window = whole(0.7 * reach).clamp(2, 12);
+        let margin = f64::from(window) + 2.0;
+        let inside = rough.x > margin && rough.y > margin && rough.x < gray.width as f64 - margin && rough.y < gray.height as f64 - margin;
+        if !inside {
+            continue;
+        }
+        let fine = refine_corners(gray, &[rough], window)?[0];
+        if fine.distance(rough) <= f64::from(window) {
+            corners.push((corner, fine));
+        }
+    }
+    let marker_scale = marker_scale(board, &markers, &corners, marker)?;
+    Ok(Found { markers, corners, marker_scale })
+}
+
+/// The sides of the markers in units of what the board says, where the squares are the ruler.
+fn marker_scale(board: &Board, markers: &[Marker], corners: &[(DVec2, DVec2)], marker: f64) -> Result<Option<f64>> {
+    let mut scales = Vec::new();
+    for m in markers {
+        let Some(places) = marker_places(board, m.0) else { continue };
+        let middle = places.iter().sum::<DVec2>() / 4.0;
+        let mut near: Vec<(DVec2, DVec2)> = corners.to_vec();
+        near.sort_by(|a, b| a.0.distance(middle).total_cmp(&b.0.distance(middle)));
+        near.truncate(6);
+        // Only inside of the corners: a homography is no good beyond its points.
+        if near.len() < 6 {
+            continue;
+        }
+        let Some(h) = homography(&near.iter().map(|(a, b)| (*b, *a)).collect::<Vec<_>>())? else { continue };
+        let sides: f64 = (0..4).map(|k| apply(&h, m.1[k]).distance(apply(&h, m.1[(k + 1) % 4]))).sum();
+        scales.push(sides / (4.0 * marker));
+    }
+    if scales.len() < 3 {
+        return Ok(None);
+    }
+    let middle = scales.len() / 2;
+    Ok(Some(*scales.select_nth_unstable_by(middle, f64::total_cmp).1))
+}
+
+/// The homography that takes the first places to the second ones; `None` if there is none.
+pub(crate) fn homography(pairs: &[(DVec2, DVec2)]) -> Result<Option<glam::DMat3>> {
+    if pairs.len() < 4 {
+        return Ok(None);
+    }
+    let from: Vector<Point2f> = pairs.iter().map(|p| point(p.0)).collect();
+    let to: Vector<Point2f> = pairs.iter().map(|p| point(p.1)).collect();
+    let h: Mat = calib3d::find_homography(&from, &to, &mut opencv::core::no_array(), 0, 3.0).map_err(failed("a homography"))?;
+    if h.empty() {
+        return Ok(None);
+    }
+    let mut rows = [[0.0; 3]; 3];
+    for (i, row) in rows.iter_mut().enumerate() {
+        for (j, v) in row.iter_mut().enumerate() {
+            *v = *h.at_2d::<f64>(i as i32, j as i32).map_err(failed("a homography"))?;
+        }
+    }
+    let h = crate::colour::by_rows(rows);
+    Ok(h.is_finite().then_some(h))
+}
+
+/// Where a homography takes a place.
+pub(crate) fn apply(h: &glam::DMat3, p: DVec2) -> DVec2 {
+    let q = *h * p.extend(1.0);
+    q.truncate() / q.z
+}

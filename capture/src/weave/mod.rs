@@ -1,0 +1,1 @@
+//! Weaves in a rectified close-up.

@@ -1,0 +1,132 @@
+//! `biscale capture`: photographs to calibrated measurements.
+
+use crate::options::CommonArgs;
+use biscale::error::Result;
+use clap::Args;
+use std::path::PathBuf;
+
+/// Arguments of `biscale capture`.
+#[derive(Args, Debug)]
+#[command(
+    after_help = "Writes capture.json, linear photographs with masks, and report.html. Exit status 1 if a check failed: the report says which."
+)]
+pub struct CaptureArgs {
+    /// Shoot file: the list of photographs; `biscale new shoot` writes an example
+    shoot: PathBuf,
+    /// Folder to write
+    #[arg(long, short, value_name = "FOLDER")]
+    output: PathBuf,
+    /// Take 8-bit values, and those of a file that names a tone curve, as sRGB; loses accuracy
+    #[arg(long)]
+    assume_srgb: bool,
+    /// Write into a folder that exists and was not made by this command
+    #[arg(long)]
+    force: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// This build has no `OpenCV`.
+#[cfg(not(feature = "capture"))]
+pub fn run(args: &CaptureArgs, _common: &CommonArgs) -> Result<u8> {
+    use biscale::error::Error;
+    let CaptureArgs { shoot, output, assume_srgb: _, force: _ } = args;
+    Err(Error::Unsupported {
+        what: format!("`biscale capture {} -o {}`", shoot.display(), output.display()),
+        remedy: "this build has no OpenCV; install it (apt-get install libopencv-dev clang libclang-dev, or scripts/setup.sh capture) and build with \
+                 `cargo build --release --package biscale-cli --features capture`"
+            .into(),
+    })
+}
+
+/// Runs the command. Returns the exit status: 1 if a check failed, and then all the same the folder is written.
+///
+/// # Errors
+/// Bad input and i/o; nothing is written then.
+#[cfg(feature = "capture")]
+pub fn run(args: &CaptureArgs, common: &CommonArgs) -> Result<u8> {
+    use crate::output;
+    use crate::output_folder::OutputFolder;
+    use crate::progress;
+    use biscale::formats::capture::{CREATOR, Capture, FILE_NAME, Severity};
+    use biscale::toml_reader::Source;
+    use biscale_capture::run::Options;
+    use biscale_capture::shoot::Shoot;
+
+    let made_here = |folder: &std::path::Path| Capture::read(&folder.join(FILE_NAME)).is_ok_and(|c| c.creator.starts_with(CREATOR));
+    let folder = OutputFolder::new(&args.output, args.force, made_here)?;
+    let shoot = Shoot::parse(&Source::read(&args.shoot)?)?;
+    let options = Options { assume_srgb: args.assume_srgb, threads: common.threads };
+    let capture =
+        progress::with_control(common, |control| folder.write(|part| biscale_capture::run::run(&shoot, &options, part, control)))?;
+    if common.json {
+        output::print_json(&capture)?;
+    } else {
+        output::tell(common, &summary(&capture, &args.output));
+    }
+    for check in capture.checks.iter().filter(|c| c.severity == Severity::Fail) {
+        let photograph = check.photograph.as_ref().map_or(String::new(), |p| format!("{p}: "));
+        output::say(&format!("error: {}: {photograph}{}{}", check.code, check.message, measured(check)));
+    }
+    Ok(if capture.usable { 0 } else { crate::FAILED })
+}
+
+/// What a check measured, for people.
+#[cfg(feature = "capture")]
+fn measured(check: &biscale::formats::capture::Check) -> String {
+    match (check.measured, check.threshold) {
+        (Some(m), Some(t)) => format!(" ({m:.4} for {t} {})", check.unit),
+        _ => String::new(),
+    }
+}
+
+/// What was measured, in a few lines.
+#[cfg(feature = "capture")]
+fn summary(capture: &biscale::formats::capture::Capture, folder: &std::path::Path) -> String {
+    use biscale::formats::capture::Severity;
+    let mut out = capture.name.clone();
+    if let Some(c) = &capture.camera {
+        let sigma = |k: usize| c.sigma.map_or(String::new(), |s| format!(" +/- {:.2}", s[k]));
+        let rms = c.rms_px.map_or(String::new(), |r| format!(", {} views, {r:.3} px RMS", c.views));
+        out.push_str(&format!(
+            "\ncamera ({}): f {:.1}{} x {:.1}{}, centre {:.1}{}, {:.1}{} px{rms}",
+            c.source,
+            c.fx,
+            sigma(0),
+            c.fy,
+            sigma(1),
+            c.cx,
+            sigma(2),
+            c.cy,
+            sigma(3)
+        ));
+        if !c.dropped.is_empty() {
+            out.push_str(&format!("\nviews left out: {}", c.dropped.join(", ")));
+        }
+    }
+    if let Some(c) = &capture.colour {
+        out.push_str(&format!("\ncolour ({}): mean Delta E 2000 {:.2}", c.source, c.mean_delta_e));
+    }
+    for l in &capture.lights {
+        let [x, y, z] = l.direction;
+        out.push_str(&format!("\nlight \"{}\": ({x:.4}, {y:.4}, {z:.4}) +/- {:.2} degrees", l.name, l.sigma_deg));
+    }
+    for p in &capture.photographs {
+        let pose = p.pose.as_ref().map_or("not placed".to_owned(), |pose| {
+            let t = glam::DVec3::from(pose.translation_mm).length();
+            if pose.points > 0 {
+                format!("{t:.1} mm away, {} corners, {:.3} px RMS", pose.points, pose.rms_px)
+            } else {
+                format!("{t:.1} mm away, as given")
+            }
+        });
+        out.push_str(&format!("\n{} ({}): {pose}", p.file, p.role));
+    }
+    for check in capture.checks.iter().filter(|c| c.severity == Severity::Warn) {
+        let photograph = check.photograph.as_ref().map_or(String::new(), |p| format!("{p}: "));
+        out.push_str(&format!("\nwarning: {}: {photograph}{}{}", check.code, check.message, measured(check)));
+    }
+    out.push_str(&format!("\nwrote {}", folder.join("report.html").display()));
+    out
+}

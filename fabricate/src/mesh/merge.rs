@@ -1,0 +1,177 @@
+//! Coplanar neighbours joined to one facet.
+
+use super::adjacency::{Adjacency, place};
+use super::soup::{Triangles, fan_with_points};
+use super::{FLAT_ANGLE, FLAT_SHARE, Facet, Tolerance};
+use biscale::error::BadInput;
+use glam::{DVec2, DVec3};
+use rustc_hash::FxHashMap;
+
+/// A facet in the making: outline, the triangles in it, colour.
+pub(super) struct Group {
+    corners: Vec<u32>,
+    triangles: Vec<[u32; 3]>,
+    colour: [f64; 3],
+}
+
+/// Joins coplanar neighbours of one colour, as long as the result is a polygon without holes.
+pub(super) fn merge_coplanar(
+    soup: &Triangles,
+    polygons: &[Vec<u32>],
+    adjacency: &Adjacency,
+    tolerance: Tolerance,
+    kinds: &[u32],
+) -> Vec<Group> {
+    let normal = |corners: &[u32]| newell(corners.iter().map(|&c| soup.vertices[c as usize])).normalize_or_zero();
+    let mut groups: Vec<Option<Group>> = polygons
+        .iter()
+        .zip(&soup.triangles)
+        .zip(&soup.colours)
+        .map(|((corners, &t), &colour)| {
+            let triangles = if corners.len() == 3 { vec![t] } else { fan_with_points(soup, corners, t) };
+            Some(Group { corners: corners.clone(), triangles, colour })
+        })
+        .collect();
+    let mut owner: Vec<u32> = (0..u32::try_from(groups.len()).expect("few")).collect();
+    fn root(owner: &mut [u32], mut k: u32) -> u32 {
+        while owner[k as usize] != k {
+            owner[k as usize] = owner[owner[k as usize] as usize];
+            k = owner[k as usize];
+        }
+        k
+    }
+    // Again until nothing changes: an edge refused while it would close a ring may be taken later.
+    loop {
+        let mut changed = false;
+        for e in &adjacency.edges {
+            let [Some((f, _)), Some((g, _))] = e.sides else { continue };
+            let (f, g) = (root(&mut owner, f), root(&mut owner, g));
+            // A group keeps the kind of its first triangle, as all of it are of one kind.
+            if f == g || kinds[f as usize] != kinds[g as usize] {
+                continue;
+            }
+            let (Some(a), Some(b)) = (&groups[f as usize], &groups[g as usize]) else { continue };
+            if a.colour != b.colour || normal(&a.corners).dot(normal(&b.corners)) < FLAT_ANGLE.cos() {
+                continue;
+            }
+            let Some(corners) = join_outlines(&a.corners, &b.corners) else { continue };
+            let n = normal(&corners);
+            let centre = corners.iter().map(|&c| soup.vertices[c as usize]).sum::<DVec3>() / corners.len() as f64;
+            let off = corners.iter().map(|&c| (soup.vertices[c as usize] - centre).dot(n).abs()).fold(0.0, f64::max);
+            let reach = corners.iter().map(|&c| soup.vertices[c as usize].distance(centre)).fold(0.0, f64::max);
+            let width = newell(corners.iter().map(|&c| soup.vertices[c as usize])).length() / (2.0 * reach);
+            if off > tolerance.flat.min(FLAT_SHARE * width) {
+                continue;
+            }
+            let b = groups[g as usize].take().expect("it was there");
+            let a = groups[f as usize].as_mut().expect("it was there");
+            a.corners = corners;
+            a.triangles.extend(b.triangles);
+            owner[g as usize] = f;
+            changed = true;
+        }
+        if !changed {
+            break;
+        }
+    }
+    groups.into_iter().flatten().collect()
+}
+
+/// Takes corners out of the outlines that lie on a straight line there for all facets that have them: what was two edges is one.
+pub(super) fn drop_collinear(soup: &Triangles, groups: &mut [Group], tolerance: Tolerance) {
+    let mut around: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
+    for group in groups.iter() {
+        let n = group.corners.len();
+        for k in 0..n {
+            let (before, at, after) = (group.corners[(k + n - 1) % n], group.corners[k], group.corners[(k + 1) % n]);
+            let list = around.entry(at).or_default();
+            for other in [before, after] {
+                if !list.contains(&other) {
+                    list.push(other);
+                }
+            }
+        }
+    }
+    let straight = |v: u32| {
+        let [a, b] = around[&v][..] else { return false };
+        let [a, p, b] = [a, v, b].map(|v| soup.vertices[v as usize]);
+        let along = (b - a).normalize_or_zero();
+        ((p - a) - along * (p - a).dot(along)).length() <= tolerance.flat && (p - a).dot(b - p) > 0.0
+    };
+    for group in groups {
+        let kept: Vec<u32> = group.corners.iter().copied().filter(|&v| !straight(v)).collect();
+        if kept.len() >= 3 {
+            group.corners = kept;
+        }
+    }
+}
+
+/// Twice the area vector of a polygon in space.
+pub(super) fn newell(points: impl Iterator<Item = DVec3>) -> DVec3 {
+    let points: Vec<DVec3> = points.collect();
+    let origin = points[0];
+    (1..points.len() - 1).map(|k| (points[k] - origin).cross(points[k + 1] - origin)).sum()
+}
+
+/// The outline of two polygons that share exactly one chain of edges; `None` if they would touch elsewhere too.
+fn join_outlines(a: &[u32], b: &[u32]) -> Option<Vec<u32>> {
+    let (n, m) = (a.len(), b.len());
+    let place_in_b: FxHashMap<u32, usize> = b.iter().enumerate().map(|(k, &v)| (v, k)).collect();
+    // shared[k]: the edge of `a` from corner k runs backwards in `b`.
+    let shared: Vec<bool> = (0..n).map(|k| place_in_b.get(&a[(k + 1) % n]).is_some_and(|&j| b[(j + 1) % m] == a[k])).collect();
+    let count = shared.iter().filter(|&&s| s).count();
+    if count == 0 || count == n {
+        return None;
+    }
+    // The chain starts where the previous edge is not shared; there must be one start.
+    let starts: Vec<usize> = (0..n).filter(|&k| shared[k] && !shared[(k + n - 1) % n]).collect();
+    let [start] = starts[..] else { return None };
+    let end = (start + count) % n;
+    // Corners of `a` outside the chain must not be corners of `b`.
+    let outside_a: Vec<u32> = (0..n - count + 1).map(|k| a[(end + k) % n]).collect();
+    if outside_a[1..outside_a.len() - 1].iter().any(|v| place_in_b.contains_key(v)) {
+        return None;
+    }
+    let from = place_in_b[&a[start]];
+    let mut joined = outside_a;
+    // b runs the chain backwards, from a[end] to a[start]; what follows a[start] in b leads round to a[end].
+    for k in 1..m - count {
+        joined.push(b[(from + k) % m]);
+    }
+    Some(joined)
+}
+
+impl Facet {
+    pub(super) fn new(soup: &Triangles, group: Group) -> Result<Self, BadInput> {
+        let at = |v: u32| soup.vertices[v as usize];
+        let Group { corners, triangles, colour } = group;
+        let area = newell(corners.iter().map(|&c| at(c)));
+        let normal = area.normalize_or_zero();
+        let origin = at(corners[0]);
+        // The x axis along the longest edge: lengths along it are kept to the last bit.
+        let n = corners.len();
+        let longest = (0..n)
+            .max_by(|&j, &k| {
+                let length = |k: usize| at(corners[k]).distance_squared(at(corners[(k + 1) % n]));
+                length(j).total_cmp(&length(k)).then(k.cmp(&j))
+            })
+            .expect("a facet has corners");
+        let along = at(corners[(longest + 1) % n]) - at(corners[longest]);
+        let x = (along - normal * along.dot(normal)).normalize_or_zero();
+        let y = normal.cross(x);
+        if normal == DVec3::ZERO || x == DVec3::ZERO {
+            return Err(BadInput::new(format!("a facet at {} has no area", place(origin)), "remove it from the mesh"));
+        }
+        let flat = corners.iter().map(|&c| DVec2::new((at(c) - origin).dot(x), (at(c) - origin).dot(y))).collect();
+        let place_of: FxHashMap<u32, u32> = corners.iter().zip(0..).map(|(&v, k)| (v, k)).collect();
+        // Corners that were inside the facet are gone from its outline; then it is filled anew.
+        let fill: Option<Vec<[u32; 3]>> =
+            triangles.iter().map(|t| Some([*place_of.get(&t[0])?, *place_of.get(&t[1])?, *place_of.get(&t[2])?])).collect();
+        let mut facet = Self { corners, flat, fill: Vec::new(), edges: Vec::new(), normal, colour };
+        facet.fill = match fill {
+            Some(fill) => fill,
+            None => crate::polygon::triangulate(&facet.flat),
+        };
+        Ok(facet)
+    }
+}

@@ -1,0 +1,297 @@
+//! The one kind of change of a net: a part of a piece is taken off and laid at another place, across an edge.
+
+use super::{Net, Pose, TAB, Tab};
+use crate::polygon::Convex;
+use glam::DVec2;
+
+/// Directions in a quarter turn in which a piece's size is measured.
+const DIRECTIONS: usize = 8;
+
+/// What a move does.
+#[derive(Clone, Copy, Debug)]
+pub struct Move {
+    /// The edge across which the part is laid.
+    pub across: u32,
+    /// Side of the edge (0 or 1) whose facet moves.
+    pub moving: usize,
+    /// Tree edge at which the part is taken off its piece; none moves the whole piece.
+    pub cut: Option<u32>,
+    /// Most facets that may move.
+    pub limit: usize,
+}
+
+/// Why a move was not made, or how many facets it moved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Done: facets moved.
+    Done(usize),
+    /// The part would be too large, or hold the facet that it is laid at.
+    NoPart,
+    /// Facets would overlap.
+    Overlap,
+    /// It would not fit on the sheet.
+    Sheet,
+    /// A glued edge would have no place for a tab.
+    Tab,
+}
+
+impl Net<'_, '_> {
+    /// The facets on the tree from `start` without crossing `cut`, at most `limit` of them, into the scratch list.
+    fn gather(&mut self, start: u32, cut: Option<u32>, avoid: u32, limit: usize) -> bool {
+        let problem = self.problem;
+        self.stamp += 1;
+        let mut part = std::mem::take(&mut self.scratch.part);
+        part.clear();
+        part.push(start);
+        self.mark[start as usize] = self.stamp;
+        let mut k = 0;
+        let mut fine = start != avoid;
+        while fine && k < part.len() {
+            for &e in &problem.mesh.facets[part[k] as usize].edges {
+                if !self.tree[e as usize] || Some(e) == cut {
+                    continue;
+                }
+                let side = problem.side_of(e, part[k]);
+                let g = problem.facet_at(e, 1 - side).expect("tree edges are inner");
+                if self.mark[g as usize] != self.stamp {
+                    self.mark[g as usize] = self.stamp;
+                    part.push(g);
+                    if g == avoid || part.len() > limit {
+                        fine = false;
+                        break;
+                    }
+                }
+            }
+            k += 1;
+        }
+        self.scratch.part = part;
+        fine
+    }
+
+    /// Poses of the gathered facets when the first one is laid across an edge.
+    fn lay(&mut self, across: u32, moving: usize) {
+        let problem = self.problem;
+        let part = std::mem::take(&mut self.scratch.part);
+        let mut poses = std::mem::take(&mut self.scratch.poses);
+        poses.clear();
+        let target = problem.facet_at(across, 1 - moving).expect("inner edge");
+        let to = problem.local_edge(across, 1 - moving).map(|p| self.pose[target as usize].apply(p));
+        let first = Pose::mapping(problem.local_edge(across, moving), to);
+        // The part moves as it is: one motion for all. From the old frame of the first facet to the new one.
+        let old = self.pose[part[0] as usize];
+        let turn = DVec2::new(old.x.dot(first.x), old.x.perp_dot(first.x));
+        for &f in &part {
+            let pose = self.pose[f as usize];
+            let x = (pose.x.x * turn + pose.x.y * turn.perp()).normalize_or(DVec2::X);
+            let r = pose.origin - old.origin;
+            poses.push(Pose { x, origin: first.origin + r.x * turn + r.y * turn.perp() });
+        }
+        self.scratch.part = part;
+        self.scratch.poses = poses;
+    }
+
+    /// Makes a move if it leaves no overlap, fits the sheet and every glued edge keeps or finds a tab.
+    pub fn try_move(&mut self, m: Move) -> Outcome {
+        let problem = self.problem;
+        let start = problem.facet_at(m.across, m.moving).expect("inner edge");
+        let target = problem.facet_at(m.across, 1 - m.moving).expect("inner edge");
+        let (from, into) = (self.piece[start as usize], self.piece[target as usize]);
+        if !self.gather(start, m.cut, target, m.limit) {
+            return Outcome::NoPart;
+        }
+        self.lay(m.across, m.moving);
+        let part = std::mem::take(&mut self.scratch.part);
+        let poses = std::mem::take(&mut self.scratch.poses);
+        let mut dirty = std::mem::take(&mut self.scratch.dirty);
+        dirty.clear();
+        let outcome = if self.part_overlaps(&part, &poses, into, m.across, &mut dirty) {
+            Outcome::Overlap
+        } else if !self.fits(&part, &poses, target, from == into) {
+            Outcome::Sheet
+        } else if self.apply(&part, &poses, into, m, &dirty) {
+            if from != into {
+                self.size[from as usize] -= u32::try_from(part.len()).expect("few");
+                self.size[into as usize] += u32::try_from(part.len()).expect("few");
+                self.pieces -= usize::from(self.size[from as usize] == 0);
+            }
+            Outcome::Done(part.len())
+        } else {
+            Outcome::Tab
+        };
+        self.scratch.part = part;
+        self.scratch.poses = poses;
+        self.scratch.dirty = dirty;
+        outcome
+    }
+
+    fn part_overlaps(&mut self, part: &[u32], poses: &[Pose], into: u32, across: u32, dirty: &mut Vec<u32>) -> bool {
+        let problem = self.problem;
+        for (&f, pose) in part.iter().zip(poses) {
+            let shape = &problem.mesh.facets[f as usize];
+            for t in &shape.fill {
+                let placed = Convex::new(&t.map(|c| pose.apply(shape.flat[c as usize])));
+                let stamp = self.stamp;
+                let hit = self.each_overlap(into, &placed, |net, item| {
+                    if item & TAB != 0 {
+                        let edge = item & !TAB;
+                        if edge != across {
+                            let side = net.tab[edge as usize].expect("the tab is there").side;
+                            let owner = problem.facet_at(edge, side.into()).expect("a tab stands on a facet");
+                            if net.mark[owner as usize] != stamp && !dirty.contains(&edge) {
+                                dirty.push(edge);
+                            }
+                        }
+                        false
+                    } else {
+                        // What moves with the part leaves its old place.
+                        net.mark[problem.facet_of_item[item as usize] as usize] != stamp
+                    }
+                });
+                if hit {
+                    return true;
+                }
+            }
+        }
+        false
+    }
+
+    /// Whether the piece of `target` with the part laid at it fits the sheet in some rotation.
+    fn fits(&mut self, part: &[u32], poses: &[Pose], target: u32, same: bool) -> bool {
+        let problem = self.problem;
+        let mut span = [[f64::INFINITY, f64::NEG_INFINITY]; 2 * DIRECTIONS];
+        let axes: [DVec2; DIRECTIONS] =
+            std::array::from_fn(|k| DVec2::from_angle(k as f64 * std::f64::consts::FRAC_PI_2 / DIRECTIONS as f64));
+        let mut add = |facet: u32, pose: &Pose| {
+            for &p in &problem.mesh.facets[facet as usize].flat {
+                let p = pose.apply(p);
+                for (k, axis) in axes.iter().enumerate() {
+                    for (j, value) in [(k, axis.dot(p)), (k + DIRECTIONS, axis.perp_dot(p))] {
+                        span[j][0] = span[j][0].min(value);
+                        span[j][1] = span[j][1].max(value);
+                    }
+                }
+            }
+        };
+        let moved = self.stamp;
+        for (&f, pose) in part.iter().zip(poses) {
+            add(f, pose);
+        }
+        // The rest of the target's piece; facets of the part carry the mark of the gathering.
+        let mut queue = vec![target];
+        self.stamp += 1;
+        self.mark[target as usize] = self.stamp;
+        let _ = same;
+        while let Some(f) = queue.pop() {
+            add(f, &self.pose[f as usize]);
+            for &e in &problem.mesh.facets[f as usize].edges {
+                if self.tree[e as usize] {
+                    let g = problem.facet_at(e, 1 - problem.side_of(e, f)).expect("tree edges are inner");
+                    if self.mark[g as usize] != self.stamp && self.mark[g as usize] != moved {
+                        self.mark[g as usize] = self.stamp;
+                        queue.push(g);
+                    }
+                }
+            }
+        }
+        self.work += u64::from(self.size[self.piece[target as usize] as usize]) / 4;
+        // The part's mark again, for what follows.
+        self.stamp += 1;
+        for &f in part {
+            self.mark[f as usize] = self.stamp;
+        }
+        let sheet = problem.sheet.size;
+        (0..DIRECTIONS).any(|k| {
+            let (w, h) = (span[k][1] - span[k][0], span[k + DIRECTIONS][1] - span[k + DIRECTIONS][0]);
+            w.max(h) <= sheet.max_element() && w.min(h) <= sheet.min_element()
+        })
+    }
+
+    /// Moves the part; without a tab for some edge everything is put back.
+    fn apply(&mut self, part: &[u32], poses: &[Pose], into: u32, m: Move, dirty: &[u32]) -> bool {
+        let problem = self.problem;
+        let from = self.piece[part[0] as usize];
+        // Edges whose tabs may change: those that the part runs into, and all around and in the part.
+        let mut before = std::mem::take(&mut self.scratch.tabs_before);
+        let mut old = std::mem::take(&mut self.scratch.old);
+        before.clear();
+        old.clear();
+        let note = |net: &mut Self, before: &mut Vec<(u32, Option<Tab>, bool)>, e: u32| {
+            if problem.mesh.edges[e as usize].sides[1].is_some() && before.iter().all(|&(b, ..)| b != e) {
+                before.push((e, net.tab[e as usize], net.joined[e as usize]));
+                net.take_tab(e);
+            }
+        };
+        for &e in dirty {
+            note(self, &mut before, e);
+        }
+        if part.len() <= 32 {
+            for &f in part {
+                for &e in &problem.mesh.facets[f as usize].edges {
+                    note(self, &mut before, e);
+                }
+            }
+        } else {
+            // As above, without looking through a long list: an edge inside the part is met from its first side only.
+            for &f in part {
+                for &e in &problem.mesh.facets[f as usize].edges {
+                    let Some((g, _)) = problem.mesh.other(e, f) else { continue };
+                    let inside = self.mark[g as usize] == self.stamp;
+                    if (!inside || problem.side_of(e, f) == 0) && !dirty.contains(&e) {
+                        before.push((e, self.tab[e as usize], self.joined[e as usize]));
+                        self.take_tab(e);
+                    }
+                }
+            }
+        }
+        for (&f, &pose) in part.iter().zip(poses) {
+            old.push(self.pose[f as usize]);
+            self.remove_facet(f);
+            self.piece[f as usize] = into;
+            self.pose[f as usize] = pose;
+        }
+        for &f in part {
+            self.insert_facet(f);
+        }
+        self.tree[m.across as usize] = true;
+        if let Some(cut) = m.cut {
+            self.tree[cut as usize] = false;
+        }
+        for &(e, ..) in &before {
+            self.joined[e as usize] = self.tree[e as usize] || self.coincides(e);
+        }
+        // An edge that had no tab before may go on without.
+        let mut fine = true;
+        for &(e, tab, was_joined) in &before {
+            if !self.joined[e as usize] && !self.give_tab(e) && (tab.is_some() || was_joined) {
+                fine = false;
+                break;
+            }
+        }
+        if !fine {
+            for &(e, ..) in &before {
+                self.take_tab(e);
+            }
+            for (&f, &pose) in part.iter().zip(&old) {
+                self.remove_facet(f);
+                self.piece[f as usize] = from;
+                self.pose[f as usize] = pose;
+            }
+            for &f in part {
+                self.insert_facet(f);
+            }
+            self.tree[m.across as usize] = false;
+            if let Some(cut) = m.cut {
+                self.tree[cut as usize] = true;
+            }
+            for &(e, tab, joined) in &before {
+                self.joined[e as usize] = joined;
+                if let Some(tab) = tab {
+                    self.put_tab(e, tab);
+                }
+            }
+        }
+        self.scratch.tabs_before = before;
+        self.scratch.old = old;
+        fine
+    }
+}

@@ -1,0 +1,160 @@
+//! `--method auto`: which method, and how many samples it starts with, by a small model of costs and errors.
+//!
+//! | what is known | what follows | measured by |
+//! |---|---|---|
+//! | reflections after the first are wanted | `reference`: no other method has them | |
+//! | anything else | `direct`: 2 to 2,000 times less CPU time than `reference` at the same error on every surface, BRDF, list of 1 to 1,600 pairs and tolerance that was tried; `lowrank` shares its facets and visibility and adds to both | `cargo bench --bench methods`; `biscale study` |
+//! | up to [`FEW`] distinct normals | relative RMS error of 2,048 samples about [`FEW_ERROR`], whatever the lobe | `cargo bench --bench accuracy` |
+//! | more, area `r` footprints, sharpest lobe `alpha` (1 for diffuse) | about `r (`[`WIDE_ERROR`]` + `[`LOBE_ERROR`]`/alpha)`; within a factor of 3 but for diffuse rods, of 4 | same |
+//! | `n` samples in place of 2,048 | `(2,048/n)^.75` of it | same |
+//! | some directions see next to none of 2^18 samples, up to [`REFERENCE_PAIRS`] pairs | `reference`, which looks from the viewer: the error of `direct` is not in its estimate there | `cargo test --test extremes` |
+//!
+//! The model only says where to start: what is kept is the error that the method then estimates, and a budget is kept by the clock. A start that
+//! is too low costs a part of the doublings that follow, one that is too high all that is too much: so it is a quarter of what the
+//! model says.
+
+use super::{Control, Effective, Quality, direct, reference};
+use crate::brdf::Brdf;
+use crate::direction::Pair;
+use crate::error::Result;
+use crate::material::SmallScale;
+use rustc_hash::FxHashSet;
+
+/// Distinct normals that are few: the direct method sums over groups of these.
+const FEW: usize = 64;
+/// Error of 2,048 samples of a surface of few normals.
+const FEW_ERROR: f64 = 0.003;
+/// Error of 2,048 samples of others for each footprint of area, without a lobe.
+const WIDE_ERROR: f64 = 0.0025;
+/// What a lobe adds, times its roughness.
+const LOBE_ERROR: f64 = 0.005;
+/// The power of the samples that errors fall with.
+const RATE: f64 = 0.75;
+/// To keep a tolerance, an estimate must be within it this many times.
+const SAFETY: f64 = 1.5;
+/// Share of the predicted samples to start with.
+const START: f64 = 0.25;
+/// Most pairs for which what direct samples hardly see is looked for by the reference method.
+const REFERENCE_PAIRS: usize = 256;
+
+/// What the model looks at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Features {
+    /// Distinct normals; one more than [`FEW`] for any more.
+    normals: usize,
+    /// Area over the footprint.
+    area: f64,
+    /// Roughness of the sharpest lobe, 1 for none.
+    alpha: f64,
+}
+
+impl Features {
+    fn of(small: &SmallScale) -> Self {
+        let tile = &small.tile;
+        let mut normals = FxHashSet::default();
+        let mut area = 0.0;
+        for k in 0..tile.triangles.len() {
+            let [a, b, c] = tile.corners(k);
+            let cross = (b - a).cross(c - a);
+            area += 0.5 * cross.length();
+            if normals.len() <= FEW {
+                // Normals that agree to six digits are one.
+                normals.insert((cross.normalize_or_zero() * 1e6).round().to_array().map(|x| (x + 0.0).to_bits()));
+            }
+        }
+        let alpha = small.surfaces.iter().map(|s| sharpness(&s.brdf)).fold(1.0, f64::min);
+        Self { normals: normals.len(), area: area / tile.footprint(), alpha }
+    }
+
+    /// Relative RMS error of 2,048 samples.
+    fn error(&self) -> f64 {
+        if self.normals <= FEW { FEW_ERROR } else { self.area * (WIDE_ERROR + LOBE_ERROR * (1.0 / self.alpha - 1.0)) }
+    }
+
+    /// Samples that a tolerance will probably need.
+    fn samples(&self, tolerance: f64) -> f64 {
+        2048.0 * (SAFETY * self.error() / tolerance).powf(1.0 / RATE)
+    }
+}
+
+/// Roughness of a BRDF's lobe, 1 without one.
+fn sharpness(brdf: &Brdf) -> f64 {
+    match brdf {
+        Brdf::Lambert { .. } => 1.0,
+        Brdf::CookTorrance { alpha, .. } | Brdf::Ward { alpha, .. } => *alpha,
+        // A power e has about the width of a Beckmann lobe with alpha² = 2/(e+2).
+        Brdf::BlinnPhong { exponent, .. } => (2.0 / (exponent + 2.0)).sqrt(),
+        Brdf::Measured(measured) => measured.lobe_alpha(),
+    }
+    .clamp(1e-3, 1.0)
+}
+
+/// What the model chooses, and says so in the notes.
+pub(super) fn auto(small: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
+    let features = Features::of(small);
+    let predicted = features.samples(quality.tolerance);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+    let start = (START * predicted).clamp(1.0, f64::from(1_u32 << 20)) as u32;
+    let (mut result, hardly_seen) = direct::from(small, pairs, quality, control, start)?;
+    if hardly_seen > 0 && quality.budget.is_none() && pairs.len() <= REFERENCE_PAIRS {
+        let mut result = reference::reference(small, pairs, quality, control)?;
+        result.summary.notes.insert(
+            0,
+            format!("auto: reference, since {hardly_seen} directions see next to none of {} samples of the surface", direct::MOST_SEARCH),
+        );
+        return Ok(result);
+    }
+    let kind = match features.normals {
+        n if n > FEW => format!("more than {FEW} normals, {:.1} footprints of area, sharpest lobe {:.3}", features.area, features.alpha),
+        n => format!("{n} normals"),
+    };
+    let note = format!("auto: direct ({kind}: about {predicted:.0} samples expected for a tolerance of {})", quality.tolerance);
+    result.summary.notes.insert(0, note);
+    Ok(result)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::Material;
+    use crate::toml_reader::Source;
+
+    fn features(geometry: &str, brdf: &str) -> Features {
+        let text = format!("format = 1\n[geometry]\nkind = {geometry}\n[[surface]]\npart = \"*\"\nbrdf = {brdf}\n");
+        let small = Material::parse(&Source { path: "m.toml".into(), text }).unwrap().build().unwrap();
+        Features::of(&small)
+    }
+
+    #[test]
+    fn features_are_those_of_the_surface() {
+        let lambert = "{ model = \"lambert\", albedo = 0.5 }";
+        let grooves = features("\"grooves\"\nprofile = \"v\"", lambert);
+        assert_eq!((grooves.normals, grooves.alpha), (2, 1.0));
+        let weave = features("\"weave\"", "{ model = \"cook-torrance\", specular = 0.5, alpha = 0.05 }");
+        assert!(weave.normals > FEW && weave.area > 2.0 && weave.alpha == 0.05, "{weave:?}");
+        let phong = features("\"grooves\"", "{ model = \"blinn-phong\", specular = 0.5, exponent = 198.0 }");
+        assert!((phong.alpha - 0.1).abs() < 1e-12, "{phong:?}");
+    }
+
+    #[test]
+    fn narrower_lobes_more_area_and_smaller_tolerances_need_more_samples() {
+        let few = Features { normals: 2, area: 2.0, alpha: 0.05 };
+        let flat = Features { normals: FEW + 1, area: 1.2, alpha: 1.0 };
+        let narrow = Features { alpha: 0.05, ..flat };
+        let rods = Features { area: 5.4, ..narrow };
+        assert!(few.samples(0.01) < narrow.samples(0.01));
+        assert!(flat.samples(0.01) < narrow.samples(0.01) && narrow.samples(0.01) < rods.samples(0.01));
+        assert!(flat.samples(0.03) < flat.samples(0.01));
+        // The tiles of the truth tests, measured with 2,048 samples: bumpy .0027, .0171, .1619; weave .239; rods .56.
+        for (features, measured) in [
+            (Features { normals: 65, area: 1.17, alpha: 1.0 }, 0.0027),
+            (Features { normals: 65, area: 1.17, alpha: 0.3 }, 0.0171),
+            (Features { normals: 65, area: 1.17, alpha: 0.05 }, 0.1619),
+            (Features { normals: 65, area: 3.92, alpha: 0.05 }, 0.239),
+            (Features { normals: 65, area: 5.41, alpha: 0.05 }, 0.56),
+        ] {
+            let ratio = features.error() / measured;
+            assert!((1.0 / 3.0..3.0).contains(&ratio), "{features:?}: {} for {measured}", features.error());
+        }
+    }
+}

@@ -1,0 +1,489 @@
+//! The settings that are tried, one series for each thing that can be set.
+//!
+//! A series changes one thing and leaves the rest: its steps show what that thing buys. A setting that several series share is run once.
+
+use super::point_sums::{Placement, Precision};
+use super::question::Asked;
+use crate::error::{BadInput, Result};
+use crate::filter::Method;
+use std::fmt;
+
+/// One setting: what is run. Shown as its name, which [`Work::parse`] reads.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Work {
+    /// A method of [`crate::filter::effective`].
+    Effective {
+        /// The method.
+        method: Method,
+        /// Relative RMS error to stay within, unless there is a plan.
+        tolerance: f64,
+        /// Wall seconds to stay within.
+        budget: Option<f64>,
+        /// Reflections after the first.
+        bounces: u32,
+        /// Plan to follow.
+        plan: Option<String>,
+    },
+    /// Plain sums over facets placed in some way: a library question, and no method of the program.
+    Points {
+        /// Where the facets are.
+        placement: Placement,
+        /// Numbers that are summed.
+        precision: Precision,
+        /// How many facets.
+        facets: u32,
+    },
+}
+
+/// Runs that share a colour in a plot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Family {
+    /// `auto` to a tolerance.
+    Auto,
+    /// `direct` to a tolerance.
+    DirectTolerance,
+    /// `direct` with a number of facets, spread by area.
+    DirectFacets,
+    /// `direct` with a number of facets, put where they are worth most.
+    DirectWeighted,
+    /// `direct` with narrower clusters of normals.
+    DirectClusters,
+    /// `lowrank` as published.
+    LowRankPaper,
+    /// `lowrank` as improved.
+    LowRankImproved,
+    /// `sg`.
+    SphericalGaussian,
+    /// `reference`, direct light.
+    Reference,
+    /// `reference` with interreflections: another model.
+    Interreflections,
+    /// Plain sums.
+    Points,
+}
+
+impl Family {
+    /// All, in the order of legends.
+    pub const ALL: [Self; 11] = [
+        Self::Auto,
+        Self::DirectTolerance,
+        Self::DirectFacets,
+        Self::DirectWeighted,
+        Self::DirectClusters,
+        Self::LowRankPaper,
+        Self::LowRankImproved,
+        Self::SphericalGaussian,
+        Self::Reference,
+        Self::Interreflections,
+        Self::Points,
+    ];
+
+    /// As files and legends call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::DirectTolerance => "direct to a tolerance",
+            Self::DirectFacets => "direct, facets by area",
+            Self::DirectWeighted => "direct, facets by worth",
+            Self::DirectClusters => "direct, narrower clusters",
+            Self::LowRankPaper => "lowrank paper",
+            Self::LowRankImproved => "lowrank improved",
+            Self::SphericalGaussian => "sg",
+            Self::Reference => "reference",
+            Self::Interreflections => "interreflections",
+            Self::Points => "plain sums",
+        }
+    }
+
+    /// The method as `--methods` calls it.
+    pub fn method(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::DirectTolerance | Self::DirectFacets | Self::DirectWeighted | Self::DirectClusters => "direct",
+            Self::LowRankPaper | Self::LowRankImproved => "lowrank",
+            Self::SphericalGaussian => "sg",
+            Self::Reference | Self::Interreflections => "reference",
+            Self::Points => "points",
+        }
+    }
+
+    /// Whether its runs compete: they answer the question as it was asked, and are made to be fast.
+    pub fn competes(self) -> bool {
+        !matches!(self, Self::Interreflections | Self::Points)
+    }
+}
+
+/// Names of the methods.
+const METHODS: [(&str, Method); 5] = [
+    ("auto", Method::Auto),
+    ("direct", Method::Direct),
+    ("lowrank", Method::LowRank),
+    ("sg", Method::SphericalGaussian),
+    ("reference", Method::Reference),
+];
+
+impl Work {
+    /// A method to a tolerance.
+    pub fn to_tolerance(method: Method, tolerance: f64) -> Self {
+        Self::Effective { method, tolerance, budget: None, bounces: 0, plan: None }
+    }
+
+    /// A method by a plan that begins with its name.
+    fn by_plan(method: Method, plan: String) -> Self {
+        Self::Effective { method, tolerance: 1.0, budget: None, bounces: 0, plan: Some(plan) }
+    }
+
+    /// What it is shown as.
+    pub fn family(&self) -> Family {
+        match self {
+            Self::Points { .. } => Family::Points,
+            Self::Effective { bounces, .. } if *bounces > 0 => Family::Interreflections,
+            Self::Effective { method, plan, .. } => match (method, plan.as_deref().unwrap_or_default()) {
+                (Method::Auto, _) => Family::Auto,
+                (Method::Direct, plan) if plan.contains(":weighted") => Family::DirectWeighted,
+                (Method::Direct, plan) if plan.contains(":narrowed") => Family::DirectClusters,
+                (Method::Direct, "") => Family::DirectTolerance,
+                (Method::Direct, _) => Family::DirectFacets,
+                (Method::LowRank, plan) if plan.contains(":paper") => Family::LowRankPaper,
+                (Method::LowRank, _) => Family::LowRankImproved,
+                (Method::SphericalGaussian, _) => Family::SphericalGaussian,
+                (Method::Reference, _) => Family::Reference,
+            },
+        }
+    }
+
+    /// Reads what `Display` writes.
+    ///
+    /// # Errors
+    /// [`BadInput`] for a text that names no setting.
+    pub fn parse(text: &str) -> Result<Self, BadInput> {
+        let bad = || BadInput::new(format!("\"{text}\" is no setting"), "write one as study.csv names it, such as \"direct:4096x1\"");
+        let (first, rest) = text.split_once(':').ok_or_else(bad)?;
+        if first == "points" {
+            let [placement, precision, facets] = rest.split(':').collect::<Vec<_>>()[..] else { return Err(bad()) };
+            let placement = Placement::ALL.into_iter().find(|p| p.name() == placement).ok_or_else(bad)?;
+            let precision = Precision::ALL.into_iter().find(|p| p.name() == precision).ok_or_else(bad)?;
+            let facets = facets.parse().ok().filter(|n| (1..=1 << 22).contains(n)).ok_or_else(bad)?;
+            return Ok(Self::Points { placement, precision, facets });
+        }
+        let method = METHODS.into_iter().find(|m| m.0 == first).ok_or_else(bad)?.1;
+        if !rest.starts_with("tolerance=") {
+            return Ok(Self::by_plan(method, text.to_owned()));
+        }
+        let (mut tolerance, mut budget, mut bounces) = (None, None, 0);
+        for field in rest.split(':') {
+            let (key, value) = field.split_once('=').ok_or_else(bad)?;
+            let number = || value.parse::<f64>().ok().filter(|x| x.is_finite() && *x > 0.0).ok_or_else(bad);
+            match key {
+                "tolerance" => tolerance = Some(number()?),
+                "budget" => budget = Some(number()?),
+                "bounces" => bounces = value.parse().map_err(|_| bad())?,
+                _ => return Err(bad()),
+            }
+        }
+        Ok(Self::Effective { method, tolerance: tolerance.ok_or_else(bad)?, budget, bounces, plan: None })
+    }
+}
+
+impl fmt::Display for Work {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Effective { plan: Some(plan), .. } => write!(f, "{plan}"),
+            Self::Effective { method, tolerance, budget, bounces, plan: None } => {
+                let name = METHODS.iter().find(|m| m.1 == *method).expect("all methods have names").0;
+                write!(f, "{name}:tolerance={tolerance}")?;
+                if let Some(budget) = budget {
+                    write!(f, ":budget={budget}")?;
+                }
+                if *bounces > 0 { write!(f, ":bounces={bounces}") } else { Ok(()) }
+            }
+            Self::Points { placement, precision, facets } => write!(f, "points:{}:{}:{facets}", placement.name(), precision.name()),
+        }
+    }
+}
+
+/// Settings that differ in one thing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// The question they are asked.
+    pub asked: Asked,
+    /// What they share.
+    pub title: String,
+    /// What is changed: the head of a column.
+    pub varied: &'static str,
+    /// What the user should know about it.
+    pub about: &'static str,
+    /// The value of what is changed, and the setting.
+    pub steps: Vec<(String, Work)>,
+}
+
+/// Tolerances that methods are asked to keep.
+const TOLERANCES: [f64; 7] = [0.1, 0.05, 0.03, 0.01, 0.005, 0.003, 0.001];
+/// Tolerance of the runs with interreflections.
+const BOUNCES_TOLERANCE: f64 = 0.01;
+/// Reflections after the first that are tried.
+const BOUNCES: [u32; 4] = [0, 1, 2, 4];
+
+/// The truth that all runs are compared with: `reference`, until a tolerance is met or the wall seconds are over.
+pub fn truth(tolerance: f64, budget: f64) -> Work {
+    Work::Effective { method: Method::Reference, tolerance, budget: Some(budget), bounces: 0, plan: None }
+}
+
+/// All series; with `quick` fewer steps, none of which takes long.
+pub fn ladder(quick: bool) -> Vec<Series> {
+    let mut all = Vec::new();
+    for asked in Asked::ALL {
+        all.extend(tolerances(asked, quick));
+        all.extend(direct(asked, quick));
+        all.extend(low_rank(asked, quick));
+    }
+    all.extend(points(quick));
+    all.push(interreflections(quick));
+    all
+}
+
+/// Every `n`-th of a list for a quick ladder, all of it else.
+fn thinned<T: Copy>(list: &[T], quick: bool, n: usize) -> Vec<T> {
+    list.iter().copied().step_by(if quick { n } else { 1 }).collect()
+}
+
+fn tolerances(asked: Asked, quick: bool) -> Vec<Series> {
+    let series = |method, title: &str, about, tolerances: &[f64]| Series {
+        asked,
+        title: title.to_owned(),
+        varied: "tolerance",
+        about,
+        steps: tolerances.iter().map(|&t| (t.to_string(), Work::to_tolerance(method, t))).collect(),
+    };
+    let usual: Vec<f64> = thinned(&TOLERANCES, quick, 3);
+    // Fresh rays for each pair of a table take minutes.
+    let of_reference: &[f64] = if asked == Asked::Table {
+        &[]
+    } else if quick {
+        &[0.1, 0.01]
+    } else {
+        &[0.1, 0.03, 0.01, 0.003]
+    };
+    let one: &[f64] = &[0.01];
+    let of_low_rank: &[f64] = if quick { &[0.03] } else { &[0.1, 0.03, 0.01] };
+    vec![
+        series(
+            Method::Direct,
+            "direct to a tolerance",
+            "the number of facets is chosen so that the estimated error keeps the tolerance",
+            &usual,
+        ),
+        series(Method::Auto, "auto to a tolerance", "the program chooses", &usual),
+        series(Method::Reference, "reference to a tolerance", "fresh rays for every pair", of_reference),
+        series(
+            Method::LowRank,
+            "lowrank improved to a tolerance",
+            "facets and normals are chosen so that the estimated error keeps the tolerance",
+            of_low_rank,
+        ),
+        series(Method::SphericalGaussian, "sg to a tolerance", "spherical Gaussians", one),
+    ]
+    .into_iter()
+    .filter(|s| !s.steps.is_empty())
+    .collect()
+}
+
+fn direct(asked: Asked, quick: bool) -> Vec<Series> {
+    let plan = |facets: u32, more: &str| (facets.to_string(), Work::by_plan(Method::Direct, format!("direct:{facets}x1{more}")));
+    let series = |title: &str, varied, about, steps| Series { asked, title: title.to_owned(), varied, about, steps };
+    let facets: &[u32] = match asked {
+        Asked::List => &[64, 256, 1024, 4096, 16_384, 65_536, 262_144],
+        Asked::Table => &[256, 1024, 4096, 16_384, 65_536],
+    };
+    let facets = if quick { &facets[..4] } else { facets };
+    let weighted: &[u32] = if quick { &[1024, 4096] } else { &[1024, 4096, 16_384, 65_536] };
+    let mut all = vec![
+        series(
+            "direct: facets spread by area",
+            "facets",
+            "each facet stands for the same area",
+            facets.iter().map(|&n| plan(n, "")).collect(),
+        ),
+        series(
+            "direct: facets where they are worth most",
+            "facets",
+            "a pilot run of 8,192 facets, which the cost includes, says where facets are worth most",
+            weighted.iter().map(|&n| plan(n, ":weighted")).collect(),
+        ),
+    ];
+    if asked == Asked::Table {
+        // Short lists group equal normals only: their clusters cannot be narrowed.
+        const CLUSTERED: u32 = 16_384;
+        let base = plan(CLUSTERED, "").1;
+        let narrowed = |k: usize| plan(CLUSTERED, &format!(":narrowed{k}")).1;
+        let widths = ["1", "0.7", "0.5", "0"];
+        let steps = widths.iter().enumerate().map(|(k, w)| ((*w).to_owned(), if k == 0 { base.clone() } else { narrowed(k) })).collect();
+        all.push(series(
+            "direct: clusters of normals, 16,384 facets",
+            "width",
+            "facets of nearly one normal are summed as one; the width is a share of the widest that is used, 0 are equal normals only",
+            steps,
+        ));
+    }
+    all
+}
+
+/// Plan of the paper's method: facets, side of the map of directions of the visibility, largest sides of the maps of `M`, kept shares of the
+/// power of `N` and of `M`.
+fn paper(facets: u32, directions: u32, rates: [u32; 2], energy: [f64; 2]) -> Work {
+    let ([d, n], [of_n, of_m]) = (rates, energy);
+    let plan = format!("lowrank:paper:facets={facets}:directions={directions}:rates={d}x{n}:energy={of_n},{of_m}");
+    Work::by_plan(Method::LowRank, plan)
+}
+
+/// Plan of the improved method: facets, side of the map of normals, kept shares of the power of `N` and of `M`.
+fn improved(facets: u32, normals: u32, energy: [f64; 2]) -> Work {
+    let [of_n, of_m] = energy;
+    Work::by_plan(Method::LowRank, format!("lowrank:improved:facets={facets}:normals={normals}:energy={of_n},{of_m}"))
+}
+
+fn low_rank(asked: Asked, quick: bool) -> Vec<Series> {
+    const FACETS: u32 = 4096;
+    const DIRECTIONS: u32 = 13;
+    // The paper clamps to 48 x 64, which for narrow lobes takes many minutes a BRDF; what it buys is a series of its own.
+    const RATES: [u32; 2] = [24, 32];
+    const ENERGY: [f64; 2] = [0.995, 0.98];
+    const NORMALS: u32 = 32;
+    const IMPROVED_FACETS: u32 = 8192;
+    const IMPROVED_ENERGY: [f64; 2] = [0.9999, 0.9999];
+    let series = |title: &str, varied, about, steps: Vec<(String, Work)>| Series { asked, title: title.to_owned(), varied, about, steps };
+    let number = |n: u32, work| (n.to_string(), work);
+    let energies: [[f64; 2]; 5] = [[0.9, 0.9], [0.98, 0.95], ENERGY, [0.999, 0.995], IMPROVED_ENERGY];
+    let shares = |[n, m]: [f64; 2], work| (format!("{n}, {m}"), work);
+    let mut all = vec![
+        series(
+            "lowrank paper: facets",
+            "facets",
+            "the paper samples 500 to 12,000",
+            thinned(&[512, 2048, FACETS, 12_288], quick, 4).into_iter().map(|n| number(n, paper(n, DIRECTIONS, RATES, ENERGY))).collect(),
+        ),
+        series(
+            "lowrank improved: facets",
+            "facets",
+            "visibility for the wanted directions themselves",
+            thinned(&[1024, 4096, IMPROVED_FACETS, 32_768], quick, 4)
+                .into_iter()
+                .map(|n| number(n, improved(n, NORMALS, IMPROVED_ENERGY)))
+                .collect(),
+        ),
+    ];
+    if quick || asked == Asked::List {
+        return all;
+    }
+    all.extend([
+        series(
+            "lowrank paper: directions of the visibility",
+            "side",
+            "side of the map of directions; 12 has 112 directions, 13 has 137, the paper uses 88 to 132",
+            [8, DIRECTIONS, 18, 24].into_iter().map(|n| number(n, paper(FACETS, n, RATES, ENERGY))).collect(),
+        ),
+        series(
+            "lowrank paper: sampling rates of M",
+            "sides",
+            "largest sides of the maps of directions and of normals; a BRDF takes no larger ones than it needs; the paper's are 48 x 64",
+            [[16, 20], RATES, [34, 45], [48, 64]]
+                .into_iter()
+                .map(|[d, n]| (format!("{d} x {n}"), paper(FACETS, DIRECTIONS, [d, n], ENERGY)))
+                .collect(),
+        ),
+        series(
+            "lowrank paper: energy kept, and with it the ranks",
+            "of N, M",
+            "shares of the power of N and M that the cut leaves; the paper keeps 99.5 and 98 %",
+            energies.into_iter().map(|e| shares(e, paper(FACETS, DIRECTIONS, RATES, e))).collect(),
+        ),
+        series(
+            "lowrank improved: map of normals",
+            "side",
+            "side of the map of normals, whose cells are summed by their mean normal",
+            [16, NORMALS, 64].into_iter().map(|n| number(n, improved(IMPROVED_FACETS, n, IMPROVED_ENERGY))).collect(),
+        ),
+        series(
+            "lowrank improved: energy kept, and with it the ranks",
+            "of N, M",
+            "shares of the power of N and M that the cut leaves",
+            energies.into_iter().map(|e| shares(e, improved(IMPROVED_FACETS, NORMALS, e))).collect(),
+        ),
+    ]);
+    all
+}
+
+fn points(quick: bool) -> Vec<Series> {
+    let facets: &[u32] = if quick { &[256, 2048] } else { &[256, 1024, 4096, 16_384] };
+    let series = |placement: Placement, precision: Precision| Series {
+        asked: Asked::List,
+        title: format!("plain sums: {} facets, {}", placement.name(), precision.name()),
+        varied: "facets",
+        about: "the same sums for each way to place facets, so that only their places and the numbers differ; not made to be fast",
+        steps: facets.iter().map(|&n| (n.to_string(), Work::Points { placement, precision, facets: n })).collect(),
+    };
+    let mut all: Vec<Series> = Placement::ALL.into_iter().map(|placement| series(placement, Precision::F64)).collect();
+    all.push(series(Placement::LowDiscrepancy, Precision::F32));
+    all
+}
+
+fn interreflections(quick: bool) -> Series {
+    let work = |bounces| Work::Effective { method: Method::Reference, tolerance: BOUNCES_TOLERANCE, budget: None, bounces, plan: None };
+    Series {
+        asked: Asked::List,
+        title: format!("reference: reflections after the first, tolerance {BOUNCES_TOLERANCE}"),
+        varied: "bounces",
+        about: "the truth of this study is direct light: from 1 bounce on the error is the difference of two models, not of two computations",
+        steps: thinned(&BOUNCES, quick, 3).into_iter().map(|n| (n.to_string(), work(n))).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_setting_reads_as_it_is_written() {
+        for series in ladder(false).into_iter().chain(ladder(true)) {
+            for (_, work) in series.steps {
+                assert_eq!(Work::parse(&work.to_string()).unwrap(), work);
+            }
+        }
+        let truth = truth(0.001, 12.5);
+        assert_eq!(Work::parse(&truth.to_string()).unwrap(), truth);
+        for text in [
+            "",
+            "direct",
+            "nothing:5",
+            "points:random:f64",
+            "points:random:f16:64",
+            "points:random:f64:0",
+            "direct:tolerance=-1",
+            "auto:tolerance=.1:x=2",
+        ] {
+            assert!(Work::parse(text).unwrap_err().to_string().contains(text), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_quick_ladder_is_a_short_one_that_tries_every_method() {
+        let works = |quick| -> Vec<Work> { ladder(quick).into_iter().flat_map(|s| s.steps).map(|s| s.1).collect() };
+        let (quick, whole) = (works(true), works(false));
+        assert!(quick.len() * 2 < whole.len(), "{} of {}", quick.len(), whole.len());
+        for family in Family::ALL.into_iter().filter(|f| *f != Family::DirectClusters) {
+            assert!(quick.iter().any(|w| w.family() == family), "{family:?}");
+        }
+        assert!(Family::ALL.into_iter().all(|f| whole.iter().any(|w| w.family() == f)));
+    }
+
+    #[test]
+    fn a_series_changes_one_thing_and_has_no_step_twice() {
+        for series in ladder(false) {
+            let mut names: Vec<String> = series.steps.iter().map(|s| s.1.to_string()).collect();
+            let count = names.len();
+            names.sort_unstable();
+            names.dedup();
+            assert!(count == names.len() && count > 0, "{}", series.title);
+        }
+    }
+}

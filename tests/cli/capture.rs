@@ -1,0 +1,90 @@
+//! `biscale capture` through the binary: a whole shoot, what it says, and what it leaves.
+
+#![allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic")]
+
+#[allow(dead_code, reason = "shared by several test programs; each uses its part")]
+mod support;
+
+#[path = "../../capture/tests/support/mod.rs"]
+mod studio;
+
+use serde_json::Value;
+use studio::flat_shoot::FlatShoot;
+use support::Folder;
+
+#[test]
+fn a_shoot_is_checked_captured_and_repeated() {
+    let folder = Folder::new();
+    FlatShoot::write(&folder.path(""), 600);
+    let said = folder.run(["check", "shoot.toml"]);
+    assert_eq!(said.status, 0, "{}", said.stderr);
+    assert!(said.stdout.contains("13 board") && said.stdout.contains("calibrated from the board views"), "{}", said.stdout);
+    let said = folder.run(["capture", "shoot.toml", "-o", "out"]);
+    assert_eq!(said.status, 0, "{}", said.stderr);
+    assert!(said.stderr.contains("camera (calibrated)") && said.stderr.contains("report.html"), "{}", said.stderr);
+    for file in
+        ["capture.json", "report.html", "distant.exr", "distant-mask.png", "close-up.exr", "close-up-rectified.exr", "validation.exr"]
+    {
+        assert!(folder.path("out").join(file).is_file(), "{file}");
+    }
+    let first = folder.snapshot();
+    // Its own folder is written again, with the same bytes, at another number of threads.
+    let said = folder.run(["capture", "shoot.toml", "-o", "out", "--json", "--threads", "1"]);
+    assert_eq!(said.status, 0, "{}", said.stderr);
+    let json: Value = serde_json::from_str(&said.stdout).unwrap();
+    assert_eq!(json["usable"], true);
+    assert!(folder.snapshot() == first, "other bytes");
+    // Someone else's is not.
+    std::fs::create_dir(folder.path("mine")).unwrap();
+    folder.write("mine/notes.txt", "precious");
+    let said = folder.run(["capture", "shoot.toml", "-o", "mine"]);
+    assert_eq!(said.status, 2, "{}", said.stderr);
+    assert!(said.stderr.contains("--force") && folder.read("mine/notes.txt") == "precious");
+}
+
+#[test]
+fn a_failed_check_ends_with_status_1_and_a_report() {
+    let folder = Folder::new();
+    folder.write("broken.png", b"\x89PNG\r\n\x1a\n");
+    image::RgbImage::from_pixel(64, 64, image::Rgb([90, 90, 90])).save(folder.path("eight.png")).unwrap();
+    let shoot = "format = 1\n[sample]\nshape = \"plane\"\nwidth_mm = 9\nheight_mm = 9\n[[photo]]\nrole = \"close-up\"\nfile = \"broken.png\"\n\
+                 [[photo]]\nrole = \"distant\"\nfile = \"eight.png\"\n";
+    folder.write("shoot.toml", shoot);
+    let said = folder.run(["capture", "shoot.toml", "-o", "out"]);
+    assert_eq!(said.status, 1, "{}", said.stderr);
+    for word in ["error: UNREADABLE: broken.png", "error: NOT_LINEAR: eight.png", "--assume-srgb"] {
+        assert!(said.stderr.contains(word), "no {word:?} in {}", said.stderr);
+    }
+    let json: Value = serde_json::from_str(&folder.read("out/capture.json")).unwrap();
+    assert_eq!(json["usable"], false);
+    assert!(folder.read("out/report.html").contains("UNREADABLE"));
+}
+
+#[test]
+fn a_wrong_shoot_file_is_refused_and_nothing_is_written() {
+    let folder = Folder::new();
+    for (text, word) in [
+        ("format = 1\n", "sample"),
+        ("format = 1\n[sample]\nshape = \"cube\"\n", "plane"),
+        (
+            "format = 1\n[sample]\nshape = \"plane\"\nwidth_mm = 9\nheight_mm = 9\n[[photo]]\nrole = \"distand\"\nfile = \"x.png\"\n",
+            "not known here",
+        ),
+        (
+            "format = 1\n[sample]\nshape = \"plane\"\nwidth_mm = 9\nheight_mm = 9\n[[photo]]\nrole = \"distant\"\nfile = \"x.png\"\n",
+            "there is no file",
+        ),
+        ("format = 1\n[sample]\nshape = \"plane\"\nwidth_mm = 9\nheight_mm = 9\nsheet = \"m.toml\"\n", "no sidecar"),
+    ] {
+        folder.write("shoot.toml", text);
+        let before = folder.snapshot();
+        let said = folder.run(["capture", "shoot.toml", "-o", "out"]);
+        assert_eq!(said.status, 2, "{text}: {}", said.stderr);
+        assert!(
+            said.stderr.contains(word) && said.stderr.contains("shoot.toml") | said.stderr.contains("m.toml"),
+            "{text}: {}",
+            said.stderr
+        );
+        assert!(folder.snapshot() == before, "{text}: something was written");
+    }
+}
