@@ -29,7 +29,7 @@ const LEAST_SEPARATION: f64 = 4.5;
 const CLEARLY: f64 = 1.3;
 /// Shares of a kind's pixels, by brightness, at which its tones begin and end. The darkest ones lie at the
 /// edges of threads and shadows, where a pixel shows something else as well; the brightest ones may be clipped.
-pub const TONES: [f64; 6] = [0.25, 0.4, 0.55, 0.7, 0.85, 0.97];
+pub const TONES: [f64; 7] = [0.1, 0.3, 0.5, 0.7, 0.9, 0.97, 0.995];
 /// Least pixels of a kind for its tones.
 const LEAST_PIXELS: usize = 200;
 /// Rounds of the sorting.
@@ -283,7 +283,7 @@ mod tests {
         }
         let coarse = [(3.0, value(0.25)), (1.0, value(0.75))];
         assert_eq!(tones(coarse.into_iter())[0], value(0.25));
-        assert_eq!(tones(coarse.into_iter())[4], value(0.75));
+        assert_eq!(tones(coarse.into_iter())[5], value(0.75));
     }
 
     #[test]

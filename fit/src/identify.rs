@@ -152,21 +152,6 @@ impl Derivatives {
         gram
     }
 
-    /// The least-squares step of all unknowns, shortened by a damping that is a share of the diagonal (Marquardt 1963).
-    pub fn step(&self, damping: f64) -> Option<Vec<f64>> {
-        let n = self.rows.first().map_or(0, Vec::len);
-        let (mut gram, mut rhs) = (self.gram(&vec![1.0; n], |_| true), vec![0.0; n]);
-        for (row, r) in self.rows.iter().zip(&self.residuals) {
-            for (sum, a) in rhs.iter_mut().zip(row) {
-                *sum -= a * r;
-            }
-        }
-        for i in 0..n {
-            gram[i * n + i] += damping * gram[i * n + i] + 1e-9;
-        }
-        Some(cholesky_solve(&cholesky(&gram, n)?, &rhs))
-    }
-
     /// The least-squares step of all unknowns but `held` that answers to a step of that one.
     pub fn answer(&self, held: usize, step: f64, residuals: &[f64]) -> Option<Vec<f64>> {
         let n = self.rows.first().map_or(0, Vec::len);

@@ -366,7 +366,7 @@ impl Search<'_> {
             Stage::Explore => (0, 0.2, 60 + 25 * dimensions, 0.0),
             Stage::Refine if !effort.coarse_first => (1, 0.2, 200 + 80 * dimensions, 0.05),
             Stage::Refine => (1, 0.08, 100 + 35 * dimensions, 0.04),
-            Stage::Polish | Stage::Newton => (1, 0.02, 40 + 10 * dimensions, 0.0),
+            Stage::Polish => (1, 0.02, 40 + 10 * dimensions, 0.0),
         };
         (Limits { step, size: effort.size[k], cost: effort.cost[k], evaluations }, confirm)
     }
@@ -441,10 +441,6 @@ impl Search<'_> {
             let polished = self.stage(Stage::Polish, &prepared.fine, POLISH_SAMPLES, &refined[..1], indirect.as_ref(), &choices)?;
             if polished[0].objective.is_finite() {
                 refined[0] = polished[0].clone();
-            }
-            if !options.joint && !refined[0].point.is_empty() {
-                let model = self.model(&prepared.fine, POLISH_SAMPLES, &refined[0], indirect.as_ref(), &choices)?;
-                refined[0] = search::newton(&model, &refined[0], options.effort.cost[1], shared)?;
             }
             watch.lap("polish");
         }

@@ -4,7 +4,6 @@
 //! so that nothing depends on how many there are. Every evaluation is kept; a search that begins with the evaluations of an
 //! earlier one makes the same steps up to where that one ended.
 
-use crate::identify;
 use crate::model::{Model, Variable};
 use crate::optimise::{self, Found, Limits, Optimiser};
 use biscale::error::{Error, Result};
@@ -29,8 +28,6 @@ pub enum Stage {
     Refine,
     /// The best one, once more.
     Polish,
-    /// Steps of least squares from there.
-    Newton,
 }
 
 impl Stage {
@@ -40,7 +37,6 @@ impl Stage {
             Self::Explore => "explore",
             Self::Refine => "refine",
             Self::Polish => "polish",
-            Self::Newton => "newton",
         }
     }
 }
@@ -319,57 +315,6 @@ pub fn search(model: &Model<'_>, start: &Start, task: &Task, shared: &Shared<'_>
         restarts: start.restarts + restarts,
         choice: start.choice,
     })
-}
-
-/// Shares of the diagonal by which steps of least squares are damped.
-const DAMPINGS: [f64; 3] = [1e-3, 0.05, 0.5];
-/// Most such steps.
-const NEWTON_STEPS: usize = 5;
-
-/// Steps of least squares (Gauss and Newton, damped by Levenberg and Marquardt) from where a simplex ended: along a narrow valley they reach
-/// its end where a simplex grows tired. Each is tried with several dampings, and taken if it is better.
-///
-/// # Errors
-/// Those of the model; not `Interrupted`.
-pub fn newton(model: &Model<'_>, start: &Start, cost: f64, shared: &Shared<'_>) -> Result<Start> {
-    let mut start = start.clone();
-    let mut evaluation = 0;
-    for _ in 0..NEWTON_STEPS {
-        if shared.must_end() {
-            break;
-        }
-        let step = || -> Result<Option<(Vec<f64>, f64, usize)>> {
-            let Some(here) = model.evaluate(&start.point, shared.control)? else { return Ok(None) };
-            let Some(derivatives) = identify::derivatives(model, &start.point, &here, shared.control)? else { return Ok(None) };
-            let moved = |damping: f64| -> Option<Vec<f64>> {
-                let step = derivatives.step(damping)?;
-                Some(start.point.iter().zip(&step).map(|(u, s)| (u + s).clamp(0.0, 1.0)).collect())
-            };
-            let candidates: Vec<Vec<f64>> = DAMPINGS.iter().filter_map(|&d| moved(d)).collect();
-            let objectives = in_parallel(&candidates, |_, point| model.objective(point, shared.control))?;
-            let made = 1 + 2 * start.point.len() + candidates.len();
-            let tried = candidates.into_iter().zip(objectives);
-            for (k, (point, objective)) in tried.clone().enumerate() {
-                let entry = Entry { stage: Stage::Newton, start: start.number, evaluation: evaluation + k, objective, point };
-                shared.note(entry, model);
-            }
-            let best = tried.min_by(|a, b| a.1.total_cmp(&b.1));
-            Ok(best.map(|(point, objective)| (point, objective, made)).filter(|b| b.1 < here.objective))
-        };
-        let found = match step() {
-            Err(Error::Interrupted) => break,
-            other => other?,
-        };
-        let Some((point, objective, made)) = found else { break };
-        evaluation += DAMPINGS.len();
-        let gained = start.objective - objective;
-        start = Start { point, objective, evaluations: start.evaluations + made, ..start };
-        if gained < cost * objective.max(1.0) {
-            start.converged = true;
-            break;
-        }
-    }
-    Ok(start)
 }
 
 #[cfg(test)]

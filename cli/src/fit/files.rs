@@ -75,7 +75,7 @@ pub fn read_trace(path: &Path, mark: &str) -> Result<Memory> {
     let entry = |line: &str| -> Option<Entry> {
         let mut words = line.split(',');
         let stage = words.next()?;
-        let stage = [Stage::Explore, Stage::Refine, Stage::Polish, Stage::Newton].into_iter().find(|s| s.name() == stage)?;
+        let stage = [Stage::Explore, Stage::Refine, Stage::Polish].into_iter().find(|s| s.name() == stage)?;
         let (start, evaluation) = (words.next()?.parse().ok()?, words.next()?.parse().ok()?);
         let objective = words.next()?.parse().ok()?;
         Some(Entry { stage, start, evaluation, objective, point: words.map(str::parse).collect::<Result<_, _>>().ok()? })
