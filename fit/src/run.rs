@@ -475,6 +475,7 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
+#[expect(clippy::too_many_arguments, reason = "what a model is made of")]
 fn model_of<'m>(
     prepared: &'m Prepared<'_>,
     options: &Options,

@@ -118,8 +118,8 @@ fn what_cannot_be_fitted_is_told_by_file_line_and_field() {
     let folder = folder();
     let before = folder.snapshot();
     for (old, new, words) in [
-        ("role = \"distant\"", "role = \"near\"", &["fit.toml", "photograph[0].role", "distant"][..]),
-        ("geometry.depth", "geometry.dept", &["parameter[0].key"]),
+        ("role = \"distant\"", "role = \"near\"", &["bad.toml:", "photograph[0].role", "distant"][..]),
+        ("geometry.depth", "geometry.dept", &["parameter[0].key", "`depth`"]),
         ("geometry.depth", "surface.left.brdf.alpha", &["parameter[0].key"]),
         ("surface.left.brdf.albedo", "surface.middle.brdf.albedo", &["colour[0].key", "left"]),
         ("surface.left.brdf.albedo", "surface.left.tint", &["colour[0].key"]),
