@@ -5,7 +5,9 @@
 #[allow(dead_code, reason = "shared by several test programs; each uses its part")]
 mod support;
 
+use biscale::direction::Pair;
 use biscale::filter::{Effective, Method, Quality};
+use glam::DVec3;
 use support::truth::Truth;
 
 /// Material, and the PSNR in dB that default settings must reach.
@@ -74,11 +76,33 @@ fn a_plan_that_spreads_facets_unevenly_is_right_on_every_surface() {
     for (tile, brdf) in [("vgroove", "diffuse"), ("pyramid", "ggx_0.30"), ("bumpy", "ggx_0.30")] {
         let truth = Truth::load(tile, brdf);
         for plan in ["direct:8192x1", "direct:8192x1:weighted"] {
-            let cancel = AtomicBool::new(false);
-            let control = Control { cancel: &cancel, progress: &|_, _| {}, clock: &|| 0.0 };
-            let quality = Quality { method: Method::Direct, plan: Some(plan.to_owned()), ..Quality::default() };
-            let psnr = truth.psnr(&effective(&truth.surface, &truth.pairs, &quality, &control).unwrap());
+            let psnr = truth.psnr(&support::direct(&truth.surface, &truth.pairs, plan));
             assert!(psnr >= 48.0, "{tile} {brdf} by {plan}: {psnr:.1} dB");
         }
     }
+}
+
+/// Clusters of unequal normals err where viewers graze the surface, which `fbar` counts as much as elsewhere and `S` does not.
+#[test]
+fn the_error_of_clusters_of_normals_is_not_understated() {
+    let truth = Truth::load("weave", "diffuse");
+    // All pairs of 280 directions uniform in projected solid angle: a list long enough for wide clusters.
+    let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+    let direction = |k: u32| {
+        let (square, turn) = ((f64::from(k) + 0.5) / 280.0, golden * f64::from(k));
+        DVec3::new(square.sqrt() * turn.cos(), square.sqrt() * turn.sin(), (1.0 - square).sqrt()).normalize()
+    };
+    let pairs: Vec<Pair> = (0..280 * 280).map(|k| Pair { wi: direction(k % 280), wo: direction(k / 280) }).collect();
+    // The same facets by clusters and, as narrow as they come, by equal normals: their difference is what the clusters cost.
+    let [wide, equal] = ["direct:8192x1", "direct:8192x1:narrowed3"].map(|plan| support::direct(&truth.surface, &pairs, plan));
+    let exact: Vec<[f64; 3]> = equal.values.iter().map(|v| v.fbar).collect();
+    let bias = support::relative_rms(&wide, &exact);
+    let told = wide.summary.relative_rms.powi(2) - equal.summary.relative_rms.powi(2);
+    assert!(bias > 1e-3, "these clusters cost nothing: {bias}");
+    assert!(
+        told.max(0.0).sqrt() > 0.6 * bias,
+        "clusters cost {bias}, and the errors with and without them are {} and {}",
+        wide.summary.relative_rms,
+        equal.summary.relative_rms
+    );
 }

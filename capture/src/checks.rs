@@ -146,6 +146,7 @@ impl Checks {
     }
 
     /// Adds one by its limits; `good` and `bad` are what is said.
+    #[expect(clippy::too_many_arguments, reason = "these are the fields of a check")]
     pub fn limit(
         &mut self,
         code: Code,

@@ -7,6 +7,9 @@
 //! What finds something in a picture (boards, markers, checkers) is `OpenCV`'s and stands in `vision`, behind the feature `opencv`; `run` puts all together
 //! and needs it, too. The rest is plain arithmetic and builds without. Nothing here prints.
 
+#![allow(clippy::cast_possible_wrap, reason = "pixels, cells and threads are counted by numbers far below 2^31")]
+#![allow(clippy::neg_cmp_op_on_partial_ord, reason = "`!(a < b)` is meant: what is no number must not pass")]
+
 pub mod board;
 pub mod checks;
 pub mod colour;

@@ -27,13 +27,16 @@ pub struct Outline {
 
 /// Fits the cone of rays that touch a ball: `d . a = 1` for `a = axis / cos(half angle)`, which is linear.
 ///
-/// The outline of a ball in a picture is no circle, but the rays are always a cone. Rays, in their order around the ball, may lie off where the ball's stand or its
-/// shadow is: three rays far apart give a first cone, the one with the least median is taken, and only rays near it count. Fewer than 8 such rays, or
-/// rays of no cone, give `None`.
-pub fn ball_outline(rays: &[DVec3]) -> Option<Outline> {
+/// The outline of a ball in a picture is no circle, but the rays are always a cone. A ball mirrors what is right behind its rim, so the rim is faint, and
+/// other edges (what it mirrors, its shadow, print) are strong: `edges` holds, for each direction around the ball, the rays of all edges that may be its rim.
+/// Three far apart give a cone; the one that most directions agree with to `tolerance`, rad (the largest of nearly equal ones), is refined by those. `None` if fewer than 8 agree, or
+/// the rays are of no cone.
+pub fn ball_outline(edges: &[Vec<DVec3>], tolerance: f64) -> Option<Outline> {
     const FEWEST: usize = 8;
     const ROUNDS: usize = 4;
-    if rays.len() < FEWEST {
+    const NEARLY: f64 = 0.8;
+    let edges: Vec<&Vec<DVec3>> = edges.iter().filter(|e| !e.is_empty()).collect();
+    if edges.len() < FEWEST {
         return None;
     }
     let cone = |rays: &[DVec3]| {
@@ -44,29 +47,37 @@ pub fn ball_outline(rays: &[DVec3]) -> Option<Outline> {
         (length > 1.0 && length.is_finite()).then(|| (a / length, (1.0 / length).acos()))
     };
     let off = |(axis, half_angle): (DVec3, f64), d: &DVec3| (axis.angle_between(*d) - half_angle).abs();
-    let median = |c: (DVec3, f64)| {
-        let mut sizes: Vec<f64> = rays.iter().map(|d| off(c, d)).collect();
-        let middle = sizes.len() / 2;
-        *sizes.select_nth_unstable_by(middle, f64::total_cmp).1
+    // Of each direction the edge that is nearest to a cone, if it is near.
+    let agreeing = |c: (DVec3, f64)| -> Vec<DVec3> {
+        let nearest = edges.iter().filter_map(|e| e.iter().min_by(|a, b| off(c, a).total_cmp(&off(c, b))));
+        nearest.filter(|d| off(c, d) <= tolerance).copied().collect()
     };
-    let third = rays.len() / 3;
-    let starts = (0..third).filter_map(|k| cone(&[rays[k], rays[k + third], rays[k + 2 * third]]));
-    let (mut best, mut typical) = starts.map(|c| (c, median(c))).min_by(|a, b| a.1.total_cmp(&b.1))?;
-    for round in 0..ROUNDS {
-        // Two and a half standard deviations of normal errors are 3.7 medians of their size.
-        let limit = (3.7 * typical).max(1e-9);
-        let used: Vec<DVec3> = rays.iter().filter(|d| off(best, d) <= limit).copied().collect();
+    let third = edges.len() / 3;
+    let mut cones: Vec<(usize, (DVec3, f64))> = Vec::new();
+    for k in 0..third {
+        for a in edges[k] {
+            for b in edges[k + third] {
+                for c in edges[k + 2 * third] {
+                    let Some(found) = cone(&[*a, *b, *c]) else { continue };
+                    cones.push((agreeing(found).len(), found));
+                }
+            }
+        }
+    }
+    // What the ball mirrors lies inside of its rim and looks much like one: of cones that agree with nearly as many directions, the largest.
+    let most = cones.iter().map(|c| c.0).max()?;
+    let nearly = cones.iter().filter(|c| c.0 as f64 >= NEARLY * most as f64);
+    let mut found = nearly.max_by(|a, b| a.1.1.total_cmp(&b.1.1))?.1;
+    let mut used = Vec::new();
+    for _ in 0..ROUNDS {
+        used = agreeing(found);
         if used.len() < FEWEST {
             return None;
         }
-        best = cone(&used)?;
-        typical = median(best);
-        if round + 1 == ROUNDS {
-            let rms = (used.iter().map(|d| off(best, d).powi(2)).sum::<f64>() / used.len() as f64).sqrt();
-            return Some(Outline { axis: best.0, half_angle: best.1, rms, rays: used.len() });
-        }
+        found = cone(&used)?;
     }
-    None
+    let rms = (used.iter().map(|d| off(found, d).powi(2)).sum::<f64>() / used.len() as f64).sqrt();
+    Some(Outline { axis: found.0, half_angle: found.1, rms, rays: used.len() })
 }
 
 /// The light that makes a highlight on a mirror ball: `l = 2 (n . v) n - v` with the ball's normal `n` where the highlight is seen.
@@ -183,13 +194,13 @@ mod tests {
     use super::*;
 
     /// Rays that touch a ball, and where its highlight is seen for a light, found by search and not by the formula.
-    fn ball(middle: DVec3, radius: f64, light: DVec3) -> (Vec<DVec3>, DVec3) {
+    fn ball(middle: DVec3, radius: f64, light: DVec3) -> (Vec<Vec<DVec3>>, DVec3) {
         let axis = middle.normalize();
         let (x, y) = axis.any_orthonormal_pair();
         let half = (radius / middle.length()).asin();
         let rays = (0..90)
             .map(|k| f64::from(k) * 4.0_f64.to_radians())
-            .map(|t| half.cos() * axis + half.sin() * (t.cos() * x + t.sin() * y))
+            .map(|t| vec![half.cos() * axis + half.sin() * (t.cos() * x + t.sin() * y)])
             .collect();
         // Half way between the light and the camera: iterate the normal, for the camera sees it from near.
         let mut normal = (light - axis).normalize();
@@ -205,7 +216,7 @@ mod tests {
         for light in [DVec3::new(0.3, -0.5, -0.8), DVec3::new(-0.9, 0.1, 0.1), DVec3::new(0.0, -0.2, -1.0)] {
             let light = light.normalize();
             let (rays, highlight) = ball(DVec3::new(40.0, -20.0, 400.0), 12.0, light);
-            let outline = ball_outline(&rays).unwrap();
+            let outline = ball_outline(&rays, 1e-3).unwrap();
             assert!((outline.half_angle - (12.0 / outline_distance()).asin()).abs() < 1e-9);
             let found = mirror_ball(&outline, highlight, 1e-4).unwrap();
             assert!(found.direction.angle_between(light) < 1e-6, "{light}: {found:?}");
@@ -218,15 +229,20 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_s_stand_in_the_outline_is_left_out() {
+    fn other_edges_than_the_ball_s_are_left_out() {
         let (mut rays, highlight) = ball(DVec3::new(0.0, 0.0, 300.0), 12.0, -DVec3::Z);
-        for ray in &mut rays[..12] {
-            *ray = (*ray + DVec3::new(0.02, 0.0, 0.0)).normalize();
+        for (k, ray) in rays.iter_mut().enumerate() {
+            let beside = (ray[0] + DVec3::new(0.02, 0.0, 0.0)).normalize();
+            match k {
+                0..12 => *ray = vec![beside],
+                12..40 => ray.insert(0, beside),
+                _ => {}
+            }
         }
-        let outline = ball_outline(&rays).unwrap();
+        let outline = ball_outline(&rays, 1e-3).unwrap();
         let off = mirror_ball(&outline, highlight, 1e-4).unwrap().direction.angle_between(-DVec3::Z);
         assert!(outline.rays < 90 && off < 1e-3, "{} rays, {off} rad", outline.rays);
-        assert!(ball_outline(&rays[..5]).is_none());
+        assert!(ball_outline(&rays[..5], 1e-3).is_none());
         assert!(mirror_ball(&outline, DVec3::X, 1e-4).is_none(), "beside the ball");
     }
 

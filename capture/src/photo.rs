@@ -176,9 +176,9 @@ mod tests {
         for (name, bits) in [("a.png", 16), ("a.tif", 16), ("b.png", 8), ("b.jpg", 8)] {
             let path = folder.path().join(name);
             if bits == 16 {
-                deep.save(&path).unwrap()
+                deep.save(&path).unwrap();
             } else {
-                flat.save(&path).unwrap()
+                flat.save(&path).unwrap();
             }
             let photo = read(&path).unwrap();
             assert_eq!(photo.samples, Samples::Integer(bits), "{name}");

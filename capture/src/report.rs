@@ -48,7 +48,19 @@ pub struct Report {
     pub corners: Vec<DVec2>,
     /// Patches of the checker: corrected and wanted, linear.
     pub patches: Vec<([f64; 3], [f64; 3])>,
-    close_up: Option<(Vec<u8>, Option<f64>, usize)>,
+    /// What the close-up's weave is, line by line.
+    pub weave: Vec<(String, String)>,
+    /// Lines of the weave's repeat over the rectified close-up, px.
+    pub grid: Vec<[DVec2; 2]>,
+    close_up: Option<CloseUp>,
+}
+
+/// The rectified close-up.
+#[derive(Clone, Debug)]
+struct CloseUp {
+    jpeg: Vec<u8>,
+    mm_per_px: Option<f64>,
+    size: (usize, usize),
 }
 
 impl View {
@@ -125,14 +137,15 @@ td.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}\
 .views{display:grid;grid-template-columns:repeat(auto-fill,minmax(320px,1fr));gap:1.2em}\
 figure{margin:0}figure svg{width:100%;height:auto;display:block;background:#eee}figcaption{font-size:.85em;margin-top:.3em}\
 figcaption b{font-size:1.1em}.large{grid-column:1/-1}\
-.marker{fill:none;stroke:#00d0ff}.sample{fill:none;stroke:#ffb000}.patch{fill:none;stroke:#fff}.ball{fill:none;stroke:#00ff60}.cross{stroke:#ff3030;fill:none}\
+.marker{fill:none;stroke:#00d0ff}.sample{fill:none;stroke:#ffb000}.patch{fill:none;stroke:#fff}.ball{fill:none;stroke:#00ff60}\
+.grid{stroke:#ffe000;fill:none;opacity:.6}.cross{stroke:#ff3030;fill:none}\
 svg *{vector-effect:non-scaling-stroke;stroke-width:1.5}svg.plain *{vector-effect:none}\
 ";
 
 impl Report {
     /// Keeps the rectified close-up.
     pub fn close_up(&mut self, picture: &Picture, mm_per_px: Option<f64>) {
-        self.close_up = Some((thumbnail(picture, None, false), mm_per_px, picture.width));
+        self.close_up = Some(CloseUp { jpeg: thumbnail(picture, None, false), mm_per_px, size: (picture.width, picture.height) });
     }
 
     /// Writes `report.html` into a folder.
@@ -181,17 +194,46 @@ impl Report {
     }
 
     fn close_up_section(&self, out: &mut String, capture: &Capture) {
-        let Some((jpeg, mm_per_px, width)) = &self.close_up else { return };
-        let size = mm_per_px
-            .map_or(format!("{width} px wide, of unknown size"), |mm| format!("{:.2} mm wide, {mm:.5} mm a pixel", mm * *width as f64));
-        let _ = writeln!(
+        let Some(CloseUp { jpeg, mm_per_px, size: (w, h) }) = &self.close_up else { return };
+        let size =
+            mm_per_px.map_or(format!("{w} px wide, of unknown size"), |mm| format!("{:.2} mm wide, {mm:.5} mm a pixel", mm * *w as f64));
+        let _ = write!(
             out,
-            "<h2>Close-up, straight on</h2>\n<img src=\"{}\" alt=\"rectified close-up\" style=\"max-width:100%\">\n<p>{size}</p>",
+            "<h2>Close-up, straight on</h2>\n<figure class=\"large\"><svg viewBox=\"0 0 {w} {h}\"><image href=\"{}\" width=\"{w}\" height=\"{h}\" \
+             preserveAspectRatio=\"none\"/>",
             image(jpeg)
         );
-        if let Some(weave) = capture.close_up.as_ref().and_then(|c| c.weave.as_ref()) {
-            let text = serde_json::to_string_pretty(weave).unwrap_or_default();
-            let _ = writeln!(out, "<pre>{}</pre>", escape(&text));
+        for [a, b] in &self.grid {
+            let _ = write!(out, "<path class=\"grid\" d=\"M{:.1} {:.1}L{:.1} {:.1}\"/>", a.x, a.y, b.x, b.y);
+        }
+        let lines = if self.grid.is_empty() { "" } else { "; the lines are one repeat apart" };
+        let _ = writeln!(out, "</svg><figcaption>{size}{lines}</figcaption></figure>");
+        if !self.weave.is_empty() {
+            out.push_str("<table>\n");
+            for (name, value) in &self.weave {
+                let _ = writeln!(out, "<tr><td>{}</td><td>{}</td></tr>", escape(name), escape(value));
+            }
+            out.push_str("</table>\n");
+        }
+        let draft = capture.close_up.as_ref().and_then(|c| c.weave.as_ref()).and_then(|w| w["draft"].as_array());
+        if let Some(rows) = draft {
+            let rows: Vec<&str> = rows.iter().filter_map(|r| r.as_str()).collect();
+            let (columns, count) = (rows.first().map_or(1, |r| r.len()), rows.len());
+            let _ = write!(
+                out,
+                "<svg class=\"plain\" viewBox=\"0 0 {columns} {count}\" width=\"{}\" style=\"max-width:100%\">",
+                (24 * columns).min(400)
+            );
+            for (j, row) in rows.iter().enumerate() {
+                for (i, cell) in row.chars().enumerate() {
+                    let fill = if cell == '1' { "#333" } else { "#fff" };
+                    let _ = write!(
+                        out,
+                        "<rect x=\"{i}\" y=\"{j}\" width=\"1\" height=\"1\" fill=\"{fill}\" stroke=\"#888\" stroke-width=\".04\"/>"
+                    );
+                }
+            }
+            out.push_str("</svg>\n<p>One repeat; dark: the warp lies on top.</p>\n");
         }
     }
 }

@@ -93,8 +93,47 @@ struct Wrap {
     dictionary: String,
     seam_mm: f64,
     origin_mm: [f64; 2],
-    markers: Vec<Marker>,
-    patches: Vec<Patch>,
+    markers: Vec<PageMarker>,
+    patches: Vec<PagePatch>,
+    /// What each page holds, of a sheet that is glued together of several.
+    #[serde(default)]
+    pages: Vec<serde::de::IgnoredAny>,
+}
+
+/// A marker as the sidecar has it: on its page, and on the joined sheet.
+#[derive(Deserialize)]
+struct PageMarker {
+    #[serde(flatten)]
+    marker: Marker,
+    joined_mm: Option<[[f64; 2]; 4]>,
+}
+
+/// A patch as the sidecar has it.
+#[derive(Deserialize)]
+struct PagePatch {
+    #[serde(flatten)]
+    patch: Patch,
+    #[serde(default = "first")]
+    page: usize,
+}
+
+fn first() -> usize {
+    1
+}
+
+impl Wrap {
+    /// Markers, origin and patches in one frame: that of the page, or, of several pages, that of the joined sheet from the lower left corner of
+    /// its wrapped area. The patches are those of the first page then, shifted as it is.
+    fn placed(self) -> Option<(Vec<Marker>, DVec2, Vec<Patch>)> {
+        let origin = DVec2::from(self.origin_mm);
+        let of_first = self.patches.into_iter().filter(|p| p.page == 1).map(|p| p.patch);
+        if self.pages.len() < 2 {
+            return Some((self.markers.into_iter().map(|m| m.marker).collect(), origin, of_first.collect()));
+        }
+        let joined = |m: PageMarker| Some(Marker { corners_mm: m.joined_mm?, ..m.marker });
+        let shifted = |p: Patch| Patch { rectangle_mm: p.rectangle_mm.map(|c| (DVec2::from(c) - origin).to_array()), ..p };
+        Some((self.markers.into_iter().map(joined).collect::<Option<_>>()?, DVec2::ZERO, of_first.map(shifted).collect()))
+    }
 }
 
 #[derive(Deserialize)]
@@ -131,33 +170,77 @@ impl Sheet {
                 return Err(bad("a photograph of a cone or a box cannot be registered".into()));
             }
         };
+        let (target, dictionary) = (wrap.target, wrap.dictionary.clone());
+        let Some((markers, origin, patches)) = wrap.placed() else {
+            return Err(bad("its markers lack their places on the joined sheet".into()));
+        };
         let finite = |v: DVec2| v.is_finite() && v.min_element() > 0.0;
-        let numbers = wrap.markers.iter().flat_map(|m| m.corners_mm.as_flattened()).all(|v| v.is_finite());
-        if !finite(extent) || !thickness.is_finite() || !numbers || wrap.markers.is_empty() {
+        let numbers = markers.iter().flat_map(|m| m.corners_mm.as_flattened()).all(|v| v.is_finite());
+        if !finite(extent) || !thickness.is_finite() || !numbers || markers.is_empty() {
             return Err(bad("its lengths or markers are missing or not finite".into()));
         }
-        let corners = || wrap.markers.iter().flat_map(|m| m.corners_mm.iter().map(|&c| DVec2::from(c)));
+        let corners = || markers.iter().flat_map(|m| m.corners_mm.iter().map(|&c| DVec2::from(c)));
         let (low, high) = corners().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
         let placed = high - low - FRAME;
         let upright = extent + DVec2::new(seam, 0.0);
         // Which of the two it is, by what fits better: the sidecar does not say.
         let turned = placed.distance(upright) > placed.distance(DVec2::new(upright.y, upright.x));
-        Ok(Self {
-            target: wrap.target,
-            thickness,
-            extent,
-            origin: wrap.origin_mm.into(),
-            placed,
-            turned,
-            markers: wrap.markers,
-            dictionary: wrap.dictionary,
-            patches: wrap.patches,
-        })
+        Ok(Self { target, thickness, extent, origin, placed, turned, markers, dictionary, patches })
     }
 
     /// Where a place of the page lies from the lower left corner of the wrapped area: around (or across) and along it.
     pub fn unrolled(&self, page: DVec2) -> DVec2 {
         let p = page - self.origin;
         if self.turned { DVec2::new(p.y, self.placed.x - p.x) } else { p }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use biscale_fabricate::layout::Paper;
+    use biscale_fabricate::target::{SEAM, Target as Object};
+    use biscale_fabricate::wrap::{Wrap, wrap};
+    use serde_json::json;
+
+    /// A wrap sheet on paper of a size, and as it is read from its sidecar.
+    fn sheet(object: &str, size: DVec2) -> (Wrap, Sheet) {
+        let object = Object::parse(object).unwrap();
+        let fit = object.fit(DVec2::splat(4.0), 0.1);
+        let paper = Paper { name: "p", size, roll: false, margin: 10.0, inset: 0.0 };
+        let made = wrap(object, fit, 0.1, &[[0.5; 3]], paper, "t").unwrap();
+        let sidecar = json!({
+            "recipe": { "thickness": 0.1 },
+            "wrap": {
+                "target": object, "fit": fit, "dictionary": "DICT_5X5_100", "seam_mm": SEAM, "origin_mm": made.parts[0].origin_mm,
+                "pages": made.parts, "markers": made.markers, "patches": made.patches,
+            },
+        });
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("s.json");
+        std::fs::write(&path, sidecar.to_string()).unwrap();
+        let read = Sheet::read(&path).unwrap();
+        (made, read)
+    }
+
+    #[test]
+    fn a_sheet_of_several_pages_is_read_as_it_is_glued_together() {
+        for (object, size, several) in [
+            ("cylinder:radius=60,height=120", DVec2::new(210.0, 297.0), true),
+            ("plane:width=300,height=260", DVec2::new(210.0, 297.0), true),
+            ("cylinder:radius=60,height=120", DVec2::new(594.0, 420.0), false),
+        ] {
+            let (made, read) = sheet(object, size);
+            assert_eq!(made.pages.len() > 1, several, "{object}");
+            assert!((read.placed - made.size).length() < 1e-9 && read.turned == made.turned, "{object}: {:?} {:?}", read.placed, made.size);
+            assert_eq!(read.markers.len(), made.markers.len());
+            let whole = if read.turned { DVec2::new(made.size.y, made.size.x) } else { made.size };
+            for corner in read.markers.iter().flat_map(|m| m.corners_mm) {
+                let p = read.unrolled(corner.into());
+                let outside = (-p).max(p - whole).max_element();
+                assert!(outside > 1.9 && outside < 16.1, "{object}: a marker's corner at {p}");
+            }
+            assert!(read.patches.iter().filter(|p| p.kind == "white").count() == 1);
+        }
     }
 }

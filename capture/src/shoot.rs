@@ -392,14 +392,14 @@ fn sample(t: TableReader<'_>, board: Option<&Board>) -> Result<SampleSpec> {
             arc_deg: arc_deg.unwrap_or([0.0, 360.0]),
         },
     };
-    if let Shape::Cylinder { arc_deg: [a, b], .. } = shape {
-        if !(a < b && b - a <= 360.0) {
-            return Err(t.error_at(
-                "arc_deg",
-                format!("the arc from {a} to {b} degrees is empty or more than a turn"),
-                "write two angles, the smaller first",
-            ));
-        }
+    if let Shape::Cylinder { arc_deg: [a, b], .. } = shape
+        && !(a < b && b - a <= 360.0)
+    {
+        return Err(t.error_at(
+            "arc_deg",
+            format!("the arc from {a} to {b} degrees is empty or more than a turn"),
+            "write two angles, the smaller first",
+        ));
     }
     let centre = t.array::<2>("board_mm", PLACE)?.map(DVec2::from);
     let on = match (sheet, centre, board) {

@@ -1,5 +1,5 @@
 //! Every code of the catalogue that a photograph can trigger, each with a made-up photograph that does.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking, and tells what it measured")]
 #![cfg(feature = "opencv")]
 
 mod support;
@@ -188,7 +188,8 @@ fn sharpness() {
         case.save("soft.png", &studio.photograph(&case.scene(sample), &case.pose, 1.0));
         let spread = assert_code(&case.run(&distant("soft.png")), "BLURRY", severity).unwrap();
         // 10 to 90 % of a normal curve, and a little for the pixels.
-        assert!((spread / (2.563 * blur) - 1.0).abs() < 0.15, "{spread} for {blur}");
+        // With a strong blur the next cells take a part of it away.
+        assert!((0.75..1.15).contains(&(spread / (2.563 * blur))), "{spread} for {blur}");
     }
 }
 
@@ -252,7 +253,7 @@ fn calibration() {
     assert_eq!(assert_code(&found, "TOO_FEW_VIEWS", Severity::Warn), Some(5.0));
     assert!(assert_code(&found, "BAD_COVERAGE", Severity::Warn).unwrap() < 0.5);
     // A part of the board; and one whose markers are smaller than described.
-    let half = |p: DVec2| if p.x < 85.0 { print().at(p) } else { WHITE };
+    let half = |p: DVec2| if p.x < 55.0 { print().at(p) } else { WHITE };
     assert_code(&case.run_with("", &views(&around(3, 240.0, 5.0), &half), &none), "BOARD_PARTIAL", Severity::Warn);
     let smaller = Print::new(&Board::charuco(5, 4, 30.0, 19.0, "DICT_5X5_100", true), &flat_shoot::bits);
     let off = assert_code(&case.run_with("", &views(&around(3, 240.0, 5.0), &|p| smaller.at(p)), &none), "SCALE_MISMATCH", Severity::Fail)
@@ -305,7 +306,9 @@ fn lights() {
     assert_code(&case.run("[[photo]]\nrole = \"flat\"\nfile = \"flat.png\"\nseconds = 1\n"), "UNEVEN_LIGHT", Severity::Warn);
     // A stick that says something else than the shoot file.
     let stick = Scene { stick: Some((DVec2::new(-90.0, 0.0), 20.0, 0.3)), ..case.scene(|p| if p.x < 2.0 { WHITE } else { sample(p) }) };
-    case.save("stick.png", &case.studio.photograph(&stick, &case.pose, 1.0));
+    // From a side, so that the stick does not hide its shadow.
+    let aside = Pose::looking_at(DVec3::new(30.0, 60.0, 240.0), DVec3::ZERO, DVec3::Y);
+    case.save("stick.png", &case.studio.photograph(&stick, &aside, 1.0));
     let with_stick = "[[photo]]\nrole = \"light\"\nfile = \"stick.png\"\nseconds = 1\nstick_mm = [-90, 0]\nstick_height_mm = 20\nstick_radius_mm = 0.3\n";
     let found = case.run(with_stick);
     assert!(assert_code(&found, "LIGHT_INCONSISTENT", Severity::Ok).unwrap() < 2.0);

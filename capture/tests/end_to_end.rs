@@ -1,5 +1,5 @@
 //! A whole shoot whose truth is known: every number that `run` gives is compared with it.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test fails by panicking, and tells what it measured")]
 #![cfg(feature = "opencv")]
 
 mod support;
@@ -40,14 +40,7 @@ fn a_flat_sample_on_a_board() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let truth = FlatShoot::write(folder.path(), 900);
-    let found = capture(folder.path(), &flat_shoot::text());
-    if let Ok(keep) = std::env::var("BISCALE_KEEP") {
-        for name in ["ball.png", "stick.png", "distant.png"] {
-            std::fs::copy(at(name), Path::new(&keep).join(name)).unwrap();
-        }
-        std::fs::copy(folder.path().join("out/report.html"), Path::new(&keep).join("report.html")).unwrap();
-        std::fs::copy(folder.path().join("out/capture.json"), Path::new(&keep).join("capture.json")).unwrap();
-    }
+    let found = capture(folder.path(), &flat_shoot::text(900));
     eprintln!("{}", told(&found));
     // Camera.
     let camera = found.camera.as_ref().unwrap();
@@ -93,7 +86,8 @@ fn a_flat_sample_on_a_board() {
     let first = found.lights.iter().find(|l| l.name == "light").unwrap();
     assert_eq!(first.sources.len(), 2);
     let e = first.irradiance_rgb.unwrap()[1];
-    assert!((e / std::f64::consts::PI - 1.0).abs() < 0.02, "irradiance {e}");
+    // White at the checker's place is 1.
+    assert!((e * truth.light.z / std::f64::consts::PI - 1.0).abs() < 0.02, "irradiance {e}");
     // Poses.
     for (name, pose) in &truth.poses {
         let photo = found.photographs.iter().find(|p| p.role == *name).unwrap();
@@ -105,20 +99,31 @@ fn a_flat_sample_on_a_board() {
         assert!(shift < 0.2 && turn < 0.2, "{name}: {shift} mm, {turn} degrees");
         assert_eq!(photo.light.as_deref(), Some("light"));
     }
-    // The written values of the cloth: the mean over the mask of the distant photograph is the mean colour times E (n.l) / pi.
+    // The written values of the cloth: the mean over the mask of the distant photograph is the mean reflectance: white is 1 under this light.
     let image = biscale::image_file::read(&folder.path().join("out/distant.exr")).unwrap();
     let mask = biscale::image_file::read(&folder.path().join("out/distant-mask.png")).unwrap();
     let inside: Vec<usize> = (0..image.width * image.height).filter(|&i| mask.channels[0][i] > 0.5).collect();
     assert!(inside.len() > 1000, "{}", inside.len());
     let mean = |c: usize| inside.iter().map(|&i| f64::from(image.channels[c][i])).sum::<f64>() / inside.len() as f64;
     for c in 0..3 {
-        let truth = truth.light.z * truth.mean[c];
+        let truth = truth.mean[c];
         assert!((mean(c) / truth - 1.0).abs() < 0.03, "channel {c}: {} for {truth}", mean(c));
     }
+    // The close-up: a twill of these threads, and a material file that `biscale` reads.
+    let weave = found.close_up.as_ref().unwrap().weave.as_ref().unwrap();
+    eprintln!("{weave}");
+    for (name, pitch, width) in [("warp", truth.pitch.x, 1.3), ("weft", truth.pitch.y, 1.1)] {
+        let value = |key: &str| weave[name][key]["value"].as_f64().unwrap();
+        assert!((value("pitch") / pitch - 1.0).abs() < 0.01, "{name}: pitch {} for {pitch}", value("pitch"));
+        assert!((value("width") / width - 1.0).abs() < 0.05, "{name}: width {} for {width}", value("width"));
+    }
+    assert_eq!(weave["class"]["name"], "twill");
+    let material = biscale::material::Material::load(&folder.path().join("out").join(found.material.as_ref().unwrap())).unwrap();
+    assert!((material.build().unwrap().tile.period.x / (3.0 * truth.pitch.x) - 1.0).abs() < 0.01);
     assert!(found.usable, "{}", told(&found));
     // The same bits again.
     let report = std::fs::read(at("out/report.html")).unwrap();
     let json = std::fs::read(at("out/capture.json")).unwrap();
-    assert_eq!(capture(folder.path(), &flat_shoot::text()), found);
+    assert_eq!(capture(folder.path(), &flat_shoot::text(900)), found);
     assert!(std::fs::read(at("out/report.html")).unwrap() == report && std::fs::read(at("out/capture.json")).unwrap() == json);
 }

@@ -107,11 +107,11 @@ impl AnyReport {
         if Spec::is_fit(&source) {
             return Ok(Self::Fit(Box::new(check_fit::Report::of(&Spec::parse(&source)?)?)));
         }
-        if Scene::is_scene(&source) {
-            return Ok(Self::Scene(check_scene::Report::of(&Scene::parse(&source)?, would_run)));
-        }
         if Shoot::is_shoot(&source) {
             return Ok(Self::Shoot(check_shoot::Report::of(&Shoot::parse(&source)?)));
+        }
+        if Scene::is_scene(&source) {
+            return Ok(Self::Scene(check_scene::Report::of(&Scene::parse(&source)?, would_run)));
         }
         Ok(Self::Material(Box::new(Report::of(&Material::parse(&source)?, would_run)?)))
     }

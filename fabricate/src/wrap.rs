@@ -22,8 +22,8 @@ const MARKER: f64 = 14.0;
 const QUIET: f64 = 2.0;
 /// What markers take on each side, mm.
 const BORDER: f64 = MARKER + 2.0 * QUIET;
-/// Distance of markers, mm, if there are enough of them.
-const SPACING: f64 = 60.0;
+/// Distance of markers, about, mm: from every side of a cylinder several columns are seen.
+const SPACING: f64 = 20.0;
 /// Side of a colour patch, mm.
 const PATCH: f64 = 8.0;
 /// Height of the strip of patches, mm.

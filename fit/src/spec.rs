@@ -111,11 +111,13 @@ impl Parameter {
 }
 
 impl Spec {
-    /// Whether this text is that of a fit file: it has photographs or a capture folder.
+    /// Whether this text is that of a fit file: something moves, or there are photographs and a material to start from.
     pub fn is_fit(source: &Source) -> bool {
         source.parse().is_ok_and(|root| {
             let table = root.get_ref();
-            !table.contains_key("geometry") && ["photograph", "capture", "parameter"].iter().any(|k| table.contains_key(*k))
+            let has = |key: &str| table.contains_key(key);
+            // The photographs of a shoot have no material to start from.
+            !has("geometry") && (has("parameter") || has("colour") || (has("material") && (has("photograph") || has("capture"))))
         })
     }
 

@@ -11,8 +11,9 @@
 //!
 //! The model only says where to start: what is kept is the error that the method then estimates, and a budget is kept by the clock. A start that
 //! is too low costs a part of the doublings that follow, one that is too high all that is too much: so it is a quarter of what the
-//! model says.
+//! model says. Where four times as many as it says are fewer than the 2,048 that the method starts with by itself, those do.
 
+use super::direct::Start;
 use super::{Control, Effective, Quality, direct, reference};
 use crate::brdf::Brdf;
 use crate::direction::Pair;
@@ -32,8 +33,10 @@ const LOBE_ERROR: f64 = 0.005;
 const RATE: f64 = 0.75;
 /// To keep a tolerance, an estimate must be within it this many times.
 const SAFETY: f64 = 1.5;
-/// Share of the predicted samples to start with.
+/// Share of the predicted samples to start with, and, where that is less than the method would take anyway, how many times as many as
+/// are predicted are certainly enough.
 const START: f64 = 0.25;
+const ENOUGH: f64 = 4.0;
 /// Most pairs for which what direct samples hardly see is looked for by the reference method.
 const REFERENCE_PAIRS: usize = 256;
 
@@ -94,7 +97,8 @@ pub(super) fn auto(small: &SmallScale, pairs: &[Pair], quality: &Quality, contro
     let features = Features::of(small);
     let predicted = features.samples(quality.tolerance);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-    let start = (START * predicted).clamp(1.0, f64::from(1_u32 << 20)) as u32;
+    let samples = |share: f64| (share * predicted).clamp(1.0, f64::from(1_u32 << 20)) as u32;
+    let start = Start { enough: samples(ENOUGH), expected: samples(START) };
     let (mut result, hardly_seen) = direct::from(small, pairs, quality, control, start)?;
     if hardly_seen > 0 && quality.budget.is_none() && pairs.len() <= REFERENCE_PAIRS {
         let mut result = reference::reference(small, pairs, quality, control)?;

@@ -23,7 +23,7 @@ use std::ops::Range;
 pub const MIN_SAMPLES: u32 = 2048;
 /// Most samples to start with.
 const MOST_FIRST: u32 = 1 << 14;
-/// Fewest samples with one.
+/// Fewest samples with one, or where they are known to be enough.
 const MIN_BUDGET_SAMPLES: u32 = 256;
 /// Most bytes of visibility bits that a long list keeps.
 const MAX_BITS: usize = 256 << 20;
@@ -78,8 +78,8 @@ struct Run<'a, 'p> {
     last_block: (u32, [f64; 3]),
     /// Samples that will probably be needed.
     wanted: u32,
-    /// Samples that are expected to be needed at least.
-    start: u32,
+    /// What is known of the samples that will be needed.
+    start: Start,
 }
 
 /// Values, their relative RMS error, and how they were made.
@@ -102,23 +102,43 @@ pub(super) struct Traced<'a> {
 }
 
 pub(super) fn direct(small: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
-    Ok(traced(small, pairs, quality, control, 0)?.effective)
+    Ok(traced(small, pairs, quality, control, Start::UNKNOWN)?.effective)
 }
 
-/// The same where at least about `start` samples are expected to be needed; and how many directions see so few of the samples that what
+/// What is known of the samples that will be needed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Start {
+    /// So many are certainly enough.
+    pub enough: u32,
+    /// At least about so many are expected to be needed.
+    pub expected: u32,
+}
+
+impl Start {
+    /// Nothing.
+    pub const UNKNOWN: Self = Self { enough: u32::MAX, expected: 1 };
+}
+
+/// The same where something is known of the samples; and how many directions see so few of the samples that what
 /// they show may be missed.
-pub(super) fn from(small: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>, start: u32) -> Result<(Effective, usize)> {
+pub(super) fn from(
+    small: &SmallScale,
+    pairs: &[Pair],
+    quality: &Quality,
+    control: &Control<'_>,
+    start: Start,
+) -> Result<(Effective, usize)> {
     let traced = traced(small, pairs, quality, control, start)?;
     Ok((traced.effective, traced.barely_seen))
 }
 
-/// The values with what they were made by; at least about `start` samples are expected to be needed.
+/// The values with what they were made by.
 pub(super) fn traced<'a>(
     small: &'a SmallScale,
     pairs: &[Pair],
     quality: &Quality,
     control: &Control<'a>,
-    start: u32,
+    start: Start,
 ) -> Result<Traced<'a>> {
     let began = (control.clock)();
     // Tables need not be reciprocal; every model is.
@@ -239,10 +259,10 @@ impl Run<'_, '_> {
     /// save nothing by leaving out. What is expected to be needed is not tried with less, but for the pilot run.
     fn first(&self) -> u32 {
         let triangles = u32::try_from(self.tracer.surface.triangles.len()).unwrap_or(u32::MAX);
-        let least = (triangles / 2).clamp(MIN_SAMPLES, MOST_FIRST).next_power_of_two();
+        let fewest = self.start.enough.clamp(MIN_BUDGET_SAMPLES, MIN_SAMPLES);
+        let least = (triangles / 2).clamp(fewest, MOST_FIRST).next_power_of_two();
         // Rounded down: what lies below the pilot run counts among the samples that are kept.
-        let expected = if self.start == 0 { 1 } else { 1 << self.start.ilog2() };
-        least.max(expected.min(PILOT_SAMPLES))
+        least.max((1 << self.start.expected.max(1).ilog2()).min(PILOT_SAMPLES))
     }
 
     /// Samples of the pilot run.

@@ -318,7 +318,7 @@ pub struct Prepared<'a> {
 /// # Errors
 /// Those of [`super::effective`].
 pub fn prepare<'a>(small: &SmallScale, pairs: &'a [Pair], quality: &Quality, control: &Control<'_>) -> Result<(Prepared<'a>, Effective)> {
-    let direct::Traced { effective, tracer, samples, .. } = direct::traced(small, pairs, quality, control, 0)?;
+    let direct::Traced { effective, tracer, samples, .. } = direct::traced(small, pairs, quality, control, direct::Start::UNKNOWN)?;
     let symmetric = !small.surfaces.iter().any(|s| matches!(s.brdf, Brdf::Measured(_)));
     Ok((Prepared::new(&tracer, pairs, Demand::new(pairs, symmetric), samples)?, effective))
 }

@@ -1,6 +1,6 @@
 //! The closed loop: a sheet that `biscale fold` made, rendered by `biscale render`, seen through a distorted camera, and registered by its sidecar.
 
-#![allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic")]
+#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "a test that meets the unexpected should panic, and tells what it measured")]
 
 #[allow(dead_code, reason = "shared by several test programs; each uses its part")]
 mod support;
@@ -160,5 +160,5 @@ fn a_sheet_around_a_cylinder_is_registered_within_a_fifth_of_a_millimetre() {
         let (sin, cos) = degrees.to_radians().sin_cos();
         Pose::looking_at(DVec3::new(230.0 * cos, 230.0 * sin, z), DVec3::ZERO, DVec3::Z)
     };
-    check("cylinder:radius=30,height=70", &[at(60.0, 40.0), at(200.0, -30.0)], &bend);
+    check("cylinder:radius=30,height=70", &[at(60.0, 40.0), at(125.0, -30.0)], &bend);
 }

@@ -146,11 +146,11 @@ impl Session<'_> {
                 [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|c| low + inset + glam::DVec2::from(c) * (high - low - 2.0 * inset));
             let seen = corners.map(|c| super::samples::visible(shoot, sheet, c, &pose).and_then(|p| lens.project(p)));
             let [Some(a), Some(b), Some(c), Some(d)] = seen else { continue };
-            if let Some((value, over)) = checker::mean(&shot.linear.picture, &shot.linear.saturated, &[a, b, c, d]) {
-                if over == 0.0 {
-                    measured.push(value);
-                    reference.push(patch.linear_rgb);
-                }
+            if let Some((value, over)) = checker::mean(&shot.linear.picture, &shot.linear.saturated, &[a, b, c, d])
+                && over == 0.0
+            {
+                measured.push(value);
+                reference.push(patch.linear_rgb);
             }
         }
         let correction = fit(&measured, &reference).or_else(|| white_balance(&measured, &reference));

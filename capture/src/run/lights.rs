@@ -14,6 +14,9 @@ use biscale::formats::capture::{Light, LightSource, Severity};
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
 
+/// Edges this near to a ball's outline belong to it, px.
+const RIM_PX: f64 = 1.0;
+
 impl Session<'_> {
     /// All lights that the shoot file names, or that a photograph shows.
     pub(super) fn lights(&mut self) -> Result<Vec<Light>> {
@@ -28,10 +31,10 @@ impl Session<'_> {
             });
         }
         for spec in shoot.of_role(Role::Light) {
-            if let Some(shot) = self.shot(spec)? {
-                if let Some(source) = self.light_of(spec, &shot)? {
-                    sources.entry(spec.light.clone()).or_default().push(source);
-                }
+            if let Some(shot) = self.shot(spec)?
+                && let Some(source) = self.light_of(spec, &shot)?
+            {
+                sources.entry(spec.light.clone()).or_default().push(source);
             }
             self.step("lights")?;
         }
@@ -98,18 +101,18 @@ impl Session<'_> {
             Some(circle) => vec![circle],
             None => circle::candidates(&Gray::of(&shot.linear.picture, false))?,
         };
-        // The likeliest ball is the one whose outline is a cone within less.
+        // The likeliest ball is the one of whose rim most is seen.
         let mut best: Option<(f64, light::Outline, [f64; 3], DVec2, f64)> = None;
         for candidate in candidates {
-            let places = circle::outline(&luminance, candidate);
-            let rays: Vec<DVec3> = places.iter().filter_map(|p| lens.ray(*p)).collect();
-            let Some(outline) = light::ball_outline(&rays) else { continue };
+            let rays: Vec<Vec<DVec3>> =
+                circle::outline(&luminance, candidate).iter().map(|e| e.iter().filter_map(|p| lens.ray(*p)).collect()).collect();
+            let pixel = 1.0 / (0.5 * (lens.focal.x + lens.focal.y));
+            let Some(outline) = light::ball_outline(&rays, RIM_PX * pixel) else { continue };
             let spot = spec.highlight_px.map(|p| (p, 1.0)).or_else(|| circle::highlight(&luminance, candidate));
             let Some((spot, size)) = spot else { continue };
-            let misfit = outline.rms / outline.half_angle / (outline.rays as f64).sqrt();
-            // Half of the rim must be seen, as a rim and not as edges anywhere.
-            let is_rim = 2 * outline.rays >= circle::RAYS as usize && outline.rms < 0.02 * outline.half_angle;
-            if is_rim && best.as_ref().is_none_or(|b| misfit < b.0) {
+            let misfit = 1.0 / outline.rays as f64;
+            // Half of the rim must be seen; edges anywhere are no rim.
+            if 2 * outline.rays >= circle::RAYS as usize && best.as_ref().is_none_or(|b| misfit < b.0) {
                 best = Some((misfit, outline, candidate, spot, size));
             }
         }

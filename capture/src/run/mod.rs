@@ -1,6 +1,7 @@
 //! A whole shoot: every photograph read, measured, checked and written.
 
 mod calibration;
+mod close_up;
 mod colours;
 mod lights;
 mod read;
@@ -17,6 +18,7 @@ use crate::shoot::{Role, Shape, Shoot};
 use biscale::error::Result;
 use biscale::filter::Control;
 use biscale::formats::capture::{CREATOR, Capture, FORMAT, Light, Sample, Severity};
+use biscale::geometry::weave::draft::Draft;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -25,6 +27,8 @@ use std::path::Path;
 pub struct Options {
     /// Take 8-bit values, and values of a file that names sRGB, as sRGB.
     pub assume_srgb: bool,
+    /// The draft of the close-up's weave, where it is known.
+    pub draft: Option<Draft>,
     /// Threads for `OpenCV`; 0 for all.
     pub threads: u16,
 }

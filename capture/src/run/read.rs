@@ -110,7 +110,7 @@ impl Session<'_> {
         }
         let count = brackets.len();
         let Some(linear) = linear::merge(brackets) else { return Ok(None) };
-        let exposure = known.then(|| capture::Exposure { seconds, gain, f_number: f_known, divisor: linear.divisor });
+        let exposure = known.then_some(capture::Exposure { seconds, gain, f_number: f_known, divisor: linear.divisor });
         Ok(Some(Shot { name, linear, exposure, samples, gain, brackets: count }))
     }
 
@@ -145,7 +145,7 @@ impl Session<'_> {
             if let Some(v) = value {
                 match slot {
                     Some((before, at)) if (v / *before - 1.0).abs() > 0.01 => {
-                        changed.push(format!("{what} is {v} and was {before} in {at}"))
+                        changed.push(format!("{what} is {v} and was {before} in {at}"));
                     }
                     Some(_) => {}
                     None => *slot = Some((v, name.to_owned())),

@@ -20,6 +20,9 @@ use biscale::formats::capture::{self, CloseUp, Light, Photograph, Severity};
 use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
+/// The guess from the close-up.
+const MATERIAL: &str = "guess.toml";
+
 /// What came of the sample's photographs.
 #[derive(Default)]
 pub(super) struct Made {
@@ -108,7 +111,7 @@ impl Session<'_> {
         let sensor = self.sensor.unwrap_or_else(|| noise::of_camera(&self.shoot.camera, shot.gain, shot.samples));
         let noise = sensor.written(shot.linear.divisor, shot.brackets, matrix);
         if spec.role == Role::CloseUp && made.close_up.is_none() {
-            made.close_up = self.close_up(spec, &shot, &name, stem, registered.as_ref(), &mut view)?;
+            made.close_up = self.close_up(spec, &shot, &name, stem, registered.as_ref(), &mut view, &mut made.material)?;
         }
         let Shot { linear, exposure, .. } = shot;
         let undistorted = match lens {
@@ -382,6 +385,7 @@ impl Session<'_> {
     }
 
     /// The close-up straight on, and what is seen in it.
+    #[expect(clippy::too_many_arguments, reason = "what one photograph consists of")]
     fn close_up(
         &mut self,
         spec: &PhotoSpec,
@@ -390,6 +394,7 @@ impl Session<'_> {
         stem: &str,
         registered: Option<&Registered>,
         view: &mut View,
+        material: &mut Option<String>,
     ) -> Result<Option<CloseUp>> {
         let (linear, shape) = (&shot.linear, shoot_shape(self.shoot));
         let rectified = match registered {
@@ -408,21 +413,27 @@ impl Session<'_> {
             }
             None => None,
         };
-        let (picture, mm_per_px, origin) = match rectified {
-            Some(Rectified { masked, mm_per_px, origin }) => (masked.picture, Some(mm_per_px), origin),
+        let (picture, good, mm_per_px, origin) = match rectified {
+            Some(Rectified { masked, mm_per_px, origin }) => (masked.picture, masked.good, Some(mm_per_px), origin),
             None => {
                 if spec.mm_per_px.is_none() {
                     let message =
                         "nothing tells how large the close-up is: periods are in pixels; let it show a marker, or write `mm_per_px`";
                     self.checks.add(Code::NoScale, Severity::Warn, Some(name), message);
                 }
-                (linear.picture.clone(), spec.mm_per_px, DVec2::ZERO)
+                let good = linear.saturated.iter().map(|s| !s).collect();
+                (linear.picture.clone(), good, spec.mm_per_px, DVec2::ZERO)
             }
         };
         let file = format!("{stem}-rectified.exr");
         self.report.close_up(&picture, mm_per_px);
+        let small = self.small_scale(&picture, &good, mm_per_px, name)?;
+        if let Some(text) = small.material {
+            write::bytes(text.as_bytes(), &self.folder.join(MATERIAL))?;
+            *material = Some(MATERIAL.to_owned());
+        }
         write::exr(picture, &self.folder.join(&file), name)?;
-        Ok(Some(CloseUp { file, mm_per_px, origin_mm: origin.to_array(), weave: None }))
+        Ok(Some(CloseUp { file, mm_per_px, origin_mm: origin.to_array(), weave: small.described }))
     }
 }
 

@@ -3,6 +3,7 @@
 use super::markers::{self, Marker};
 use super::{Gray, failed, place, point, refine_corners, whole};
 use crate::board::{Board, Kind};
+use crate::edges::Grey as _;
 use biscale::error::Result;
 use glam::DVec2;
 use opencv::calib3d;
@@ -113,12 +114,23 @@ fn charuco(gray: &Gray, board: &Board, square: f64, marker: f64) -> Result<Found
             continue;
         }
         let fine = refine_corners(gray, &[rough], window)?[0];
-        if fine.distance(rough) <= f64::from(window) {
+        if fine.distance(rough) <= f64::from(window) && is_corner(gray, &h, corner, 0.7 * gap) {
             corners.push((corner, fine));
         }
     }
     let marker_scale = marker_scale(board, &markers, &corners, marker)?;
     Ok(Found { markers, corners, marker_scale })
+}
+
+/// Whether four squares meet at a place: light and dark ones across. Where the sample, or a hand, covers the board they do not.
+fn is_corner(gray: &Gray, h: &glam::DMat3, corner: DVec2, reach: f64) -> bool {
+    /// Steps of grey between light and dark.
+    const LEAST: f64 = 12.0;
+    let value = |x: f64, y: f64| gray.value(apply(h, corner + reach * DVec2::new(x, y)));
+    let (Some(a), Some(b), Some(c), Some(d)) = (value(1.0, 1.0), value(-1.0, -1.0), value(1.0, -1.0), value(-1.0, 1.0)) else {
+        return false;
+    };
+    a.min(b) > c.max(d) + LEAST || c.min(d) > a.max(b) + LEAST
 }
 
 /// The sides of the markers in units of what the board says, where the squares are the ruler.

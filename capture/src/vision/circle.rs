@@ -36,34 +36,43 @@ pub fn candidates(gray: &Gray) -> Result<Vec<[f64; 3]>> {
 }
 
 /// Rays that the rim of a ball is looked for along.
-pub const RAYS: u32 = 240;
+pub const RAYS: u32 = 180;
 
-/// Places of the outline near a circle: along rays from its middle, where the light changes most.
-pub fn outline(image: &impl Grey, [x, y, radius]: [f64; 3]) -> Vec<DVec2> {
+/// Places that may be the outline near a circle: along rays from its middle, where the light changes, the strongest few.
+pub fn outline(image: &impl Grey, [x, y, radius]: [f64; 3]) -> Vec<Vec<DVec2>> {
+    /// Changes of the light over a step that count, of its level.
+    const LEAST: f64 = 0.02;
+    const MOST: usize = 6;
     let middle = DVec2::new(x, y);
-    let step = (radius / 200.0).clamp(0.25, 2.0);
-    (0..RAYS)
-        .filter_map(|k| {
-            let direction = DVec2::from_angle(f64::from(k) / f64::from(RAYS) * std::f64::consts::TAU);
-            let slope =
-                |r: f64| Some((image.value(middle + (r + step) * direction)? - image.value(middle + (r - step) * direction)?).abs());
-            let mut best: Option<(f64, f64)> = None;
-            let mut r = 0.8 * radius;
-            while r < 1.25 * radius {
-                let s = slope(r)?;
-                if best.is_none_or(|b| s > b.1) {
-                    best = Some((r, s));
-                }
-                r += step;
+    let step = (radius / 120.0).clamp(0.5, 3.0);
+    let edges = |k: u32| -> Option<Vec<DVec2>> {
+        let direction = DVec2::from_angle(f64::from(k) / f64::from(RAYS) * std::f64::consts::TAU);
+        // A little along the rim, too, against noise.
+        let side = 1.5 * step * direction.perp();
+        let value = |r: f64| -> Option<f64> {
+            let p = middle + r * direction;
+            Some((image.value(p - side)? + image.value(p)? + image.value(p + side)?) / 3.0)
+        };
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few hundred")]
+        let count = (0.5 * radius / step) as usize;
+        let radius_of = |i: f64| 0.75 * radius + i * step;
+        let values: Vec<f64> = (0..count).map(|i| value(radius_of(i as f64))).collect::<Option<_>>()?;
+        let slope = |i: usize| (values[i + 1] - values[i - 1]).abs();
+        let mut found: Vec<(f64, DVec2)> = Vec::new();
+        for i in 2..count.saturating_sub(2) {
+            let (a, s, c) = (slope(i - 1), slope(i), slope(i + 1));
+            if s >= a && s > c && s > LEAST * (values[i + 1] + values[i - 1]).abs() {
+                // The top of a parabola through the neighbours.
+                let bend = a - 2.0 * s + c;
+                let shift = if bend < 0.0 { (0.5 * (a - c) / bend).clamp(-1.0, 1.0) } else { 0.0 };
+                found.push((s, middle + radius_of(i as f64 + shift) * direction));
             }
-            let (r, s) = best?;
-            // The top of a parabola through the neighbours.
-            let (a, c) = (slope(r - step)?, slope(r + step)?);
-            let bend = a - 2.0 * s + c;
-            let shift = if bend < 0.0 { (0.5 * (a - c) / bend).clamp(-1.0, 1.0) * step } else { 0.0 };
-            Some(middle + (r + shift) * direction)
-        })
-        .collect()
+        }
+        found.sort_by(|a, b| b.0.total_cmp(&a.0));
+        found.truncate(MOST);
+        Some(found.into_iter().map(|f| f.1).collect())
+    };
+    (0..RAYS).filter_map(edges).collect()
 }
 
 /// The middle of the brightest spot within a circle and its radius, px; `None` if nothing stands out.

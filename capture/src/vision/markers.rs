@@ -28,9 +28,12 @@ fn number(dictionary: &str) -> Option<i32> {
 pub fn detect(gray: &Gray, dictionary: &str) -> Result<Vec<Marker>> {
     let Some(number) = number(dictionary) else { return Ok(Vec::new()) };
     let factor = (gray.width.max(gray.height) as f64 / LOOK).max(1.0);
-    let mut rough = look(gray, number, factor)?;
+    let mut rough = look(gray, number, factor, false)?;
+    if rough.is_empty() {
+        rough = look(gray, number, factor, true)?;
+    }
     if rough.is_empty() && factor > 1.0 {
-        rough = look(gray, number, 1.0)?;
+        rough = look(gray, number, 1.0, false)?;
     }
     // The border is one cell wide: a window of half a cell sees one corner only.
     let cells = cells(number);
@@ -70,12 +73,15 @@ fn area(c: &[DVec2; 4]) -> f64 {
     (c[2] - c[0]).perp_dot(c[3] - c[1]).abs()
 }
 
-fn look(gray: &Gray, number: i32, factor: f64) -> Result<Vec<Marker>> {
+/// Markers of a dictionary in a picture `1 / factor` as large; `large` ones need wider windows of the threshold, which melt small ones together.
+fn look(gray: &Gray, number: i32, factor: f64, large: bool) -> Result<Vec<Marker>> {
     let what = "looking for markers";
     let dictionary = aruco::get_predefined_dictionary_i32(number).map_err(failed(what))?;
     let mut parameters = DetectorParameters::create().map_err(failed(what))?;
     parameters.set_corner_refinement_method(CORNER_REFINE_NONE);
-    parameters.set_adaptive_thresh_win_size_max(53);
+    if large {
+        parameters.set_adaptive_thresh_win_size_max(63);
+    }
     let mut corners: Vector<Vector<Point2f>> = Vector::new();
     let (mut ids, mut rejected): (Vector<i32>, Vector<Vector<Point2f>>) = (Vector::new(), Vector::new());
     if factor > 1.0 {
@@ -109,7 +115,7 @@ pub fn other_family(gray: &Gray, ours: &str) -> Result<Option<(String, usize)>> 
         if ours.starts_with(name) {
             continue;
         }
-        let found = look(gray, number, factor)?.len();
+        let found = look(gray, number, factor, false)?.len();
         if found > usize::from(number != 20) {
             return Ok(Some((name.to_owned(), found)));
         }

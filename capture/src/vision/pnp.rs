@@ -11,7 +11,7 @@ use opencv::prelude::*;
 
 /// The pose that explains sightings best; `None` if there are too few or nothing fits.
 ///
-/// SQPnP gives every start, also for points in a plane (which may have two); each is refined by our own least squares.
+/// `SQPnP` gives every start, also for points in a plane (which may have two); each is refined by our own least squares.
 ///
 /// # Errors
 /// What `OpenCV` says of points that it cannot use.

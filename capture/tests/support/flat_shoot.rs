@@ -19,8 +19,24 @@ pub struct FlatShoot {
 
 const PAGE: DVec2 = DVec2::new(360.0, 300.0);
 const CLOTH: DVec2 = DVec2::new(40.0, 30.0);
-const PITCH: DVec2 = DVec2::new(0.9, 0.8);
+const PITCH: DVec2 = DVec2::new(1.5, 1.35);
 const TWILL: [&[bool]; 3] = [&[true, false, false], &[false, true, false], &[false, false, true]];
+
+/// Middle of the mirror ball, which lies on the page.
+const BALL: DVec3 = DVec3::new(147.0, 30.0, 20.0);
+
+/// The camera of the lights' photographs.
+fn far() -> Pose {
+    Pose::looking_at(DVec3::new(20.0, -120.0, 450.0), DVec3::new(10.0, 0.0, 0.0), DVec3::Y)
+}
+
+/// The ball's outline as someone would read it off the photograph: not quite.
+fn ball_px(width: usize) -> [f64; 3] {
+    let lens = Studio::new(width, width * 2 / 3).lens;
+    let middle = far().to_camera(BALL);
+    let (seen, radius) = (lens.project(middle).unwrap(), lens.focal.x * BALL.z / middle.length());
+    [seen.x + 0.06 * radius, seen.y - 0.04 * radius, 1.05 * radius]
+}
 
 /// The board of the shoot.
 pub fn board() -> Board {
@@ -34,7 +50,7 @@ pub fn bits(id: i32) -> Vec<bool> {
 }
 
 fn twill(p: DVec2) -> [f64; 3] {
-    cloth(p, &TWILL, PITCH, DVec2::new(0.78, 0.66), [0.45, 0.06, 0.05], [0.05, 0.12, 0.4])
+    cloth(p, &TWILL, PITCH, DVec2::new(1.3, 1.1), [0.45, 0.06, 0.05], [0.05, 0.12, 0.4])
 }
 
 impl FlatShoot {
@@ -74,13 +90,13 @@ impl FlatShoot {
             save16(&studio.photograph(&scene(), pose, 0.9), &at(&format!("{name}.png")));
         }
         save16(&studio.photograph(&Scene { light: other, ..scene() }, &poses[1].1, 1.0), &at("validation.png"));
-        let far = Pose::looking_at(DVec3::new(20.0, -120.0, 450.0), DVec3::new(10.0, 0.0, 0.0), DVec3::Y);
-        let ball = Some((DVec3::new(145.0, 30.0, 12.0), 12.0));
+        let far = far();
+        let ball = Some((BALL, BALL.z));
         save16(&studio.photograph(&Scene { ball, ..scene() }, &far, 1.0), &at("ball.png"));
         let paper = |p: DVec2| if p.distance(DVec2::new(70.0, 250.0)) < 60.0 { WHITE } else { printed(p) };
         let stick = Scene { stick: Some((DVec2::new(-110.0, 100.0), 25.0, 0.6)), ..Scene::new(page, light, Box::new(paper)) };
         save16(&studio.photograph(&stick, &far, 1.0), &at("stick.png"));
-        std::fs::write(at("shoot.toml"), text()).unwrap();
+        std::fs::write(at("shoot.toml"), text(width)).unwrap();
         let grid = 300;
         let mut mean = [0.0; 3];
         for k in 0..grid * grid {
@@ -94,7 +110,8 @@ impl FlatShoot {
 }
 
 /// The shoot file.
-pub fn text() -> String {
+pub fn text(width: usize) -> String {
+    let ball = ball_px(width);
     let boards: Vec<String> = (0..13).map(|k| format!("\"board-{k}.png\"")).collect();
     format!(
         r#"# A twill on a board, made up: every role of a photograph is there
@@ -137,6 +154,7 @@ seconds = 1
 role = "light"
 file = "ball.png"
 seconds = 1
+ball_px = [BALL]
 
 [[photo]]
 role = "light"
@@ -166,4 +184,5 @@ light = "other"
         CLOTH.y,
         boards.join(", ")
     )
+    .replace("BALL", &ball.map(|v| format!("{v:.0}")).join(", "))
 }

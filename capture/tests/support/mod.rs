@@ -1,5 +1,11 @@
 //! A studio of its own: photographs whose truth is known, through a distorted, vignetted, noisy camera.
 #![allow(dead_code, missing_docs, reason = "every test program uses a part of it")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::cast_possible_wrap,
+    clippy::collapsible_if,
+    reason = "a test's small pictures; steps that read one by one"
+)]
 
 pub mod flat_shoot;
 

@@ -233,7 +233,7 @@ impl Folder {
         }
         let bad = |problem: String| Error::from(BadInput::new(problem, "begin anew with --force").in_file(&path));
         let mut reader = csv::Reader::from_path(&path).map_err(|e| bad(e.to_string()))?;
-        if reader.headers().map_err(|e| bad(e.to_string()))? != &TRUTH_COLUMNS[..] {
+        if reader.headers().map_err(|e| bad(e.to_string()))? != TRUTH_COLUMNS[..] {
             return Err(bad("it has not the columns of a truth".to_owned()));
         }
         let mut truth = Truth::default();

@@ -253,15 +253,22 @@ fn steps(out: &mut String, series: &Series, points: &[Point]) {
 
 /// Sizes, ranks and energies of the low-rank method's matrices, after Table 3 and Fig. 11 of the paper.
 fn ranks(out: &mut String, points: &[Point], chart: bool) {
-    let with: Vec<&Point> = points.iter().filter(|p| !p.low_rank.is_empty()).collect();
-    if with.is_empty() {
-        return;
+    let all: Vec<&Point> = points.iter().filter(|p| !p.low_rank.is_empty()).collect();
+    // The matrices of the largest question; where only facets differ they have the same sizes.
+    let Some(asked) = all.iter().map(|p| p.asked).max() else { return };
+    let mut with: Vec<&Point> = Vec::new();
+    let sizes = |p: &Point| -> Vec<_> { p.low_rank.iter().map(|f| (f.n_rank, f.m_size, f.m_rank)).collect() };
+    for p in all.into_iter().filter(|p| p.asked == asked) {
+        if !with.iter().any(|shown| sizes(shown) == sizes(p)) {
+            with.push(p);
+        }
     }
     let _ = writeln!(
         out,
         "\n## Ranks and the energy kept\n\nAfter Table 3 and Fig. 11 of Wu et al. (2011). `N` is the bidirectional visible normal distribution, `M` the turned \
          BRDFs of one surface; *kept* is the share of the power of the centred matrix. In `paper` the rows are pairs of map cells and `M` is computed \
-         once a BRDF (*precomputation*, CPU, not in the other costs); in `improved` they are the wanted pairs, three rows of `M` each.\n"
+         once a BRDF (*precomputation*, CPU, not in the other costs); in `improved` they are the wanted pairs, three rows of `M` each. Of settings with the same ranks the first is \
+         shown.\n"
     );
     if chart {
         let _ = writeln!(out, "![power lost against rank](ranks.png)\n");
@@ -299,8 +306,12 @@ fn ranks(out: &mut String, points: &[Point], chart: bool) {
 
 /// A share near 1: as many digits as what is lacking needs.
 fn share(kept: f64) -> String {
+    const ALL_BUT: f64 = 1e-6;
+    if 1.0 - kept < ALL_BUT {
+        return "> 99.9999 %".to_owned();
+    }
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-    let decimals = (-(1.0 - kept).max(1e-9).log10()).clamp(1.0, 9.0) as usize;
+    let decimals = (-(1.0 - kept).max(ALL_BUT).log10()).clamp(1.0, 6.0) as usize;
     format!("{:.decimals$} %", 100.0 * kept)
 }
 

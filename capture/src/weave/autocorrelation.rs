@@ -1,0 +1,74 @@
+//! Periods by the autocorrelation: a second way to the numbers that the spectrum gives.
+
+use super::spectrum::Spectrum;
+use glam::{DMat2, DVec2};
+
+/// Most repeats of a vector that are looked at.
+const REACH: i32 = 12;
+/// A peak may lie off where the spectrum expects it by this share of the shortest repeat.
+const SEARCH: f64 = 0.2;
+
+/// The vectors after which a cut repeats, near the vectors `expected` (one or two, in pixels), and the standard error of their components.
+///
+/// Peaks of the autocorrelation are located between pixels by parabolas, and the vectors fitted to all within a third of the cut.
+pub(super) fn repeats(spectrum: &Spectrum, expected: &[DVec2]) -> Option<(Vec<DVec2>, f64)> {
+    let values = spectrum.autocorrelation();
+    let (w, h) = (spectrum.width as i64, spectrum.height as i64);
+    let at = |x: i64, y: i64| f64::from(values[(y.rem_euclid(h) * w + x.rem_euclid(w)) as usize]);
+    let shortest = expected.iter().map(|e| e.length()).fold(f64::INFINITY, f64::min);
+    let radius = ((SEARCH * shortest).ceil() as i64).max(1);
+    let farthest = w.min(h) as f64 / 3.0;
+    let mut used: Vec<([f64; 2], DVec2, f64)> = Vec::new();
+    for m in 0..=REACH {
+        for n in -REACH..=REACH {
+            if (m == 0 && n <= 0) || (expected.len() == 1 && n != 0) {
+                continue;
+            }
+            let whole = [f64::from(m), f64::from(n)];
+            let near = expected[0] * whole[0] + expected.get(1).map_or(DVec2::ZERO, |e| *e * whole[1]);
+            if near.length() > farthest {
+                continue;
+            }
+            let (x0, y0) = (near.x.round() as i64, near.y.round() as i64);
+            let around = (-radius..=radius).flat_map(|dy| (-radius..=radius).map(move |dx| (x0 + dx, y0 + dy)));
+            let Some((x, y)) = around.max_by(|a, b| at(a.0, a.1).total_cmp(&at(b.0, b.1))) else { continue };
+            let here = at(x, y);
+            if here <= 0.05 || (x - x0).abs() == radius || (y - y0).abs() == radius {
+                continue;
+            }
+            let offset = |before: f64, after: f64| {
+                let bend = before - 2.0 * here + after;
+                if bend < 0.0 { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 }
+            };
+            let peak = DVec2::new(x as f64 + offset(at(x - 1, y), at(x + 1, y)), y as f64 + offset(at(x, y - 1), at(x, y + 1)));
+            used.push((whole, peak, here));
+        }
+    }
+    let (mut mm, mut mn, mut nn, mut mp, mut np) = (0.0, 0.0, 0.0, DVec2::ZERO, DVec2::ZERO);
+    for &([m, n], p, weight) in &used {
+        (mm, mn, nn) = (mm + weight * m * m, mn + weight * m * n, nn + weight * n * n);
+        (mp, np) = (mp + p * weight * m, np + p * weight * n);
+    }
+    let basis: Vec<DVec2> = if expected.len() == 1 {
+        if mm <= 0.0 {
+            return None;
+        }
+        vec![mp / mm]
+    } else {
+        let matrix = DMat2::from_cols(DVec2::new(mm, mn), DVec2::new(mn, nn));
+        if used.len() < 3 || matrix.determinant().abs() < 1e-9 {
+            return None;
+        }
+        let inverse = matrix.inverse();
+        let x = inverse * DVec2::new(mp.x, np.x);
+        let y = inverse * DVec2::new(mp.y, np.y);
+        vec![DVec2::new(x.x, y.x), DVec2::new(x.y, y.y)]
+    };
+    let value = |[m, n]: [f64; 2]| basis[0] * m + basis.get(1).map_or(DVec2::ZERO, |b| *b * n);
+    let weights: f64 = used.iter().map(|u| u.2).sum();
+    let squares: f64 = used.iter().map(|&(whole, p, weight)| weight * (value(whole) - p).length_squared()).sum();
+    let freedom = (used.len() as f64 - basis.len() as f64).max(1.0);
+    let variance = (squares / weights * used.len() as f64 / freedom / 2.0).max(0.02 * 0.02);
+    let information = mm.min(if expected.len() == 1 { mm } else { nn }) / weights * used.len() as f64;
+    Some((basis, (variance / information.max(1e-9)).sqrt()))
+}

@@ -1,0 +1,98 @@
+//! From a lattice to a cloth: which directions are threads, how many there are, and the draft that explains the folded repeat.
+
+use super::fold::Fold;
+use super::grid::Grid;
+use super::labels::{self, Guess};
+use super::orientation::Edges;
+use super::scale::Scale;
+use biscale::geometry::weave::draft::Draft;
+
+/// A cloth that explains a photograph.
+pub(super) struct Cloth {
+    /// Its threads.
+    pub grid: Grid,
+    /// One repeat of the photograph.
+    pub fold: Fold,
+    /// Drafts that explain it, best first.
+    pub guesses: Vec<Guess>,
+}
+
+/// Ways to count threads that are looked at.
+const HYPOTHESES: usize = 3;
+/// A way to count threads costs at most this much more than the cheapest.
+const MAX_COST: f64 = 6.0;
+/// Largest turn of the threads from the picture's axes, in radians.
+pub(super) const MAX_TURN: f64 = 0.53;
+/// Bins of a crossing when drafts are searched.
+const COARSE: usize = 8;
+/// Bins of a crossing when shapes are fitted.
+const FINE: (usize, usize) = (8, 14);
+/// Twice as many threads must explain at least this much more.
+const FINER_GAIN: f64 = 0.6;
+/// Threads twice as fine are looked at where the power at their frequency is at least this share of that at half of it.
+const FINER_POWER: f64 = 0.25;
+/// Cloth whose crossings differ by more than this many threads is not looked at.
+const MAX_CROSSINGS: usize = 64;
+
+/// The cloth that explains a cut best.
+pub(super) fn find(scale: &Scale, edges: &Edges, given: Option<&Draft>) -> Option<Cloth> {
+    let turn = edges.turn(MAX_TURN);
+    let grids = Grid::candidates(&scale.lattice, turn, MAX_TURN);
+    let cheapest = grids.first()?.0;
+    let mut best: Option<Cloth> = None;
+    for (_, grid) in grids.into_iter().filter(|g| g.0 <= cheapest + MAX_COST).take(HYPOTHESES) {
+        let mut own: Option<Cloth> = None;
+        for (mx, my) in multiples(scale, &grid) {
+            let Some(grid) = grid.finer(&scale.lattice, mx, my) else { continue };
+            let crossings = grid.repeat.crossings();
+            if !(2..=MAX_CROSSINGS).contains(&crossings) || grid.pitch().min_element() < 2.0 {
+                continue;
+            }
+            let cloth = explain(scale, grid, given);
+            let better = |old: &Cloth| residual(&cloth) < FINER_GAIN * residual(old);
+            if !cloth.guesses.is_empty() && own.as_ref().is_none_or(better) {
+                own = Some(cloth);
+            }
+        }
+        let Some(own) = own else { continue };
+        // An unlikelier way to count must explain clearly more.
+        if best.as_ref().is_none_or(|b| residual(&own) < FINER_GAIN * residual(b)) {
+            best = Some(own);
+        }
+    }
+    if let Some(cloth) = &mut best {
+        let pitch = cloth.grid.pitch();
+        labels::sharpen_all(&cloth.fold, &mut cloth.guesses, [pitch.x, pitch.y]);
+    }
+    best
+}
+
+fn residual(cloth: &Cloth) -> f64 {
+    cloth.guesses.first().map_or(f64::INFINITY, |g| g.fit.residual)
+}
+
+/// By how many threads those of a grid may have to be replaced, fewest first: groups of threads that lie alike repeat more coarsely than
+/// their threads, but the threads' own frequency is strong.
+fn multiples(scale: &Scale, grid: &Grid) -> Vec<(i64, i64)> {
+    let along = |f: glam::DVec2| -> Vec<i64> {
+        let power = |k: i64| scale.spectrum.power_near(f * k as f64);
+        let limit = |k: i64| f.length() * k as f64 <= 0.45;
+        let strongest = (1..=4).filter(|&k| limit(k)).map(power).fold(0.0, f64::max);
+        (1..=4).filter(|&k| k == 1 || (limit(k) && power(k) >= FINER_POWER * strongest)).collect()
+    };
+    let (across, upward) = (along(grid.u), along(grid.v));
+    let mut pairs: Vec<(i64, i64)> = across.iter().flat_map(|&mx| upward.iter().map(move |&my| (mx, my))).collect();
+    pairs.sort_by_key(|(mx, my)| (mx * my, *mx));
+    pairs
+}
+
+/// Folds a cut by a grid and looks for the draft.
+fn explain(scale: &Scale, grid: Grid, given: Option<&Draft>) -> Cloth {
+    let pitch = grid.pitch();
+    let bins = |p: f64| (p.round() as usize).clamp(FINE.0, FINE.1);
+    let none = |_: usize, _: usize| [0.0; 2];
+    let fine = Fold::of(&scale.field, &grid, bins(pitch.x), bins(pitch.y), none);
+    let coarse = Fold::of(&scale.field, &grid, COARSE, COARSE, none);
+    let guesses = labels::search(&coarse, &fine, [pitch.x, pitch.y], given);
+    Cloth { grid, fold: fine, guesses }
+}

@@ -1,0 +1,90 @@
+//! At which scale, and in windows of which size, a photograph shows its repetition best.
+
+use super::Photo;
+use super::field::Field;
+use super::lattice::Lattice;
+use super::spectrum::{Peak, Spectrum};
+
+/// A photograph at the scale where it repeats best.
+pub(super) struct Scale {
+    /// The cut that was looked at.
+    pub field: Field,
+    /// Its spectrum, in the windows that served best.
+    pub spectrum: Spectrum,
+    /// The peaks that the lattice was fitted to.
+    pub peaks: Vec<Peak>,
+    /// What they lie on.
+    pub lattice: Lattice,
+}
+
+/// Longest side of a cut in reduced pixels: what bounds time and memory.
+const SIDE: usize = 1024;
+/// A photograph is not reduced below this side.
+const MIN_SIDE: usize = 48;
+/// Most peaks that are looked at.
+const PEAKS: usize = 160;
+/// A finer scale is taken if its lattice explains peaks at least this well compared with the best.
+const GOOD_SHARE: f64 = 0.5;
+/// Threads wider than this many pixels are looked at in a coarser scale, where more of them are seen.
+const LARGE: f64 = 40.0;
+/// Windows are not made smaller than this.
+const MIN_WINDOW: usize = 96;
+
+/// The scale where a lattice explains the photograph's peaks, or nothing if there is none: then the best score, and the least that counts.
+pub(super) fn find(photo: &Photo<'_>) -> Result<Scale, (f64, f64)> {
+    let mut scales: Vec<Scale> = Vec::new();
+    let mut factor = 1;
+    while let Some(field) = Field::cut(photo, factor, SIDE, MIN_SIDE) {
+        scales.extend(best_window(field));
+        if photo.width.max(photo.height) / factor <= SIDE {
+            break;
+        }
+        factor *= 2;
+    }
+    let best = scales.iter().map(|s| s.lattice.score).fold(0.0, f64::max);
+    if best < MIN_SCORE {
+        return Err((best, MIN_SCORE));
+    }
+    let good = |s: &Scale| s.lattice.score >= GOOD_SHARE * best && s.lattice.score >= MIN_SCORE;
+    let mut chosen = scales.iter().position(good).unwrap_or(0);
+    // The shortest vector bounds the longest repeat; threads are about as far apart as the finest strong peaks say.
+    while chosen + 1 < scales.len() && good(&scales[chosen + 1]) && scales[chosen].spacing() > LARGE {
+        chosen += 1;
+    }
+    let mut scale = scales.swap_remove(chosen);
+    scale.lattice = scale.lattice.completed(&scale.peaks, scale.spectrum.bin());
+    Ok(scale)
+}
+
+/// Logarithm of how much better than chance a lattice must explain the peaks.
+pub(super) const MIN_SCORE: f64 = 12.0;
+
+impl Scale {
+    /// About the distance of the threads: the cell of the strongest peaks' mean frequency.
+    fn spacing(&self) -> f64 {
+        let (sum, weight) =
+            self.peaks.iter().fold((0.0, 0.0), |(s, w), p| (s + p.frequency.length() * p.contrast.ln(), w + p.contrast.ln()));
+        weight / sum.max(1e-9)
+    }
+}
+
+/// The windows in which a lattice explains the peaks best.
+fn best_window(field: Field) -> Option<Scale> {
+    let whole = field.width.min(field.height);
+    let mut best: Option<(Spectrum, Vec<Peak>, Lattice)> = None;
+    let mut side = whole.max(MIN_SIDE);
+    loop {
+        let spectrum = Spectrum::of(&field, if side == whole { usize::MAX } else { side });
+        let peaks = spectrum.peaks(PEAKS);
+        if let Some(lattice) = Lattice::of(&peaks, spectrum.bin())
+            && best.as_ref().is_none_or(|b| lattice.score > 1.15 * b.2.score)
+        {
+            best = Some((spectrum, peaks, lattice));
+        }
+        side /= 2;
+        if side < MIN_WINDOW {
+            break;
+        }
+    }
+    best.map(|(spectrum, peaks, lattice)| Scale { field, spectrum, peaks, lattice })
+}

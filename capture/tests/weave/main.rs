@@ -1,0 +1,339 @@
+//! Weave analysis on drawn cloths, whose truth is known.
+#![allow(clippy::unwrap_used, reason = "a failed test says where")]
+#![allow(clippy::cast_possible_wrap, reason = "small counts of threads and pixels")]
+mod catalogue;
+mod cloth;
+
+use biscale::geometry::weave::draft::Draft;
+use biscale_capture::weave::{Analysis, Class, Code, Direction, Guesses, Options, Photo, Profile, analyse};
+use cloth::{Cloth, Picture};
+
+/// A two-coloured plain cloth under light from the side.
+fn base() -> Cloth {
+    Cloth {
+        draft: Cloth::draft_of(1, 1, 1),
+        pitch: [16.0, 16.0],
+        fill: [0.85, 0.85],
+        flatness: 0.4,
+        section: 2.0,
+        colours: [[0.5, 0.1, 0.1], [0.1, 0.2, 0.5], [0.02, 0.02, 0.02]],
+        gloss: 0.05,
+        to_light: [0.5, 0.3, 0.8],
+        ambient: 0.2,
+        turn_deg: 2.0,
+        gradient: [0.2, -0.1],
+        noise: 0.02,
+        uneven: 0.02,
+        fibres: 0.1,
+        blur: 0.7,
+        size: [320, 320],
+        seed: 1,
+    }
+}
+
+fn see(picture: &Picture) -> Analysis {
+    let photo = Photo { width: picture.width, height: picture.height, rgb: &picture.rgb, mask: None, mm_per_pixel: None };
+    analyse(&photo, &Options::default()).unwrap()
+}
+
+const ONE_COLOUR: [[f64; 3]; 3] = [[0.5, 0.45, 0.4], [0.5, 0.45, 0.4], [0.02, 0.02, 0.02]];
+
+#[test]
+fn plain_cloth_and_twills_are_named_and_measured() {
+    let z = |over, under| Class::Twill { over, under, direction: Direction::Z };
+    let s = |over, under| Class::Twill { over, under, direction: Direction::S };
+    let cases = [
+        (Class::Plain, base()),
+        (Class::Plain, Cloth { colours: ONE_COLOUR, pitch: [10.0, 14.0], ..base() }),
+        (z(2, 2), Cloth { draft: Cloth::draft_of(2, 2, 1), ..base() }),
+        (s(2, 1), Cloth { draft: Cloth::draft_of(2, 1, 2), turn_deg: -3.0, ..base() }),
+        (s(3, 1), Cloth { draft: Cloth::draft_of(3, 1, 3), colours: ONE_COLOUR, pitch: [10.0, 13.0], ..base() }),
+        (z(1, 3), Cloth { draft: Cloth::draft_of(1, 3, 1), colours: ONE_COLOUR, ..base() }),
+    ];
+    for (class, cloth) in cases {
+        let analysis = see(&cloth.draw());
+        let weave = analysis.weave.unwrap();
+        assert_eq!(weave.class, class, "confidence {}", weave.confidence);
+        assert_eq!(analysis.findings, []);
+        for (axis, pitch) in [(weave.warp, cloth.pitch[0]), (weave.weft, cloth.pitch[1])] {
+            assert!((axis.pitch.value / pitch - 1.0).abs() < 0.01, "{class}: {:?}, drawn with {pitch}", axis.pitch);
+            let other = axis.pitch_by_autocorrelation.unwrap();
+            assert!((other.value / pitch - 1.0).abs() < 0.01, "{class}: {other:?} by shifts, drawn with {pitch}");
+            assert!((axis.turn_deg.value - cloth.turn_deg).abs() < 0.5, "{class}: {:?}, drawn with {}", axis.turn_deg, cloth.turn_deg);
+        }
+    }
+}
+
+fn save(picture: &Picture, path: &str) {
+    let top = picture.rgb.iter().flatten().fold(0.0_f32, |a, &b| a.max(b)) * 0.7;
+    let bytes: Vec<u8> = picture.rgb.iter().flat_map(|p| p.map(|v| ((v / top).clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0) as u8)).collect();
+    image::save_buffer(path, &bytes, picture.width as u32, picture.height as u32, image::ColorType::Rgb8).unwrap();
+}
+
+/// A photograph of noise, or of a height profile along x.
+fn drawn(size: usize, value: impl Fn(f64, f64) -> f64, noise: f64) -> Picture {
+    let mut random = cloth::Random(5);
+    let rgb = (0..size * size)
+        .map(|k| {
+            let light = value((k % size) as f64 + 0.5, (k / size) as f64 + 0.5) + noise * random.normal();
+            [0.5, 0.4, 0.3].map(|c| (c * light).max(0.0) as f32)
+        })
+        .collect();
+    Picture { width: size, height: size, rgb }
+}
+
+fn codes(analysis: &Analysis) -> Vec<Code> {
+    analysis.findings.iter().map(|f| f.code).collect()
+}
+
+#[test]
+fn what_does_not_repeat_is_said_to() {
+    let noise = see(&drawn(256, |_, _| 1.0, 0.2));
+    assert_eq!(codes(&noise), [Code::NoPeriod]);
+    assert!(noise.findings[0].measured < noise.findings[0].threshold);
+    assert!(noise.weave.is_none() && noise.relief.is_none());
+    let flat = see(&drawn(256, |_, _| 1.0, 0.0));
+    assert_eq!(codes(&flat), [Code::NoPeriod]);
+}
+
+#[test]
+fn threads_of_few_pixels_are_undersampled() {
+    let analysis = see(&Cloth { pitch: [5.0, 5.5], blur: 0.5, size: [200, 200], ..base() }.draw());
+    assert!(codes(&analysis).contains(&Code::Undersampled), "{:?}", analysis.findings);
+    let warp = analysis.weave.unwrap().warp;
+    assert!((warp.pitch.value / 5.0 - 1.0).abs() < 0.01, "the period is measured all the same: {:?}", warp.pitch);
+}
+
+#[test]
+fn grooves_are_measured_and_written() {
+    let period = 23.0;
+    let angle = 6.0_f64.to_radians();
+    let place = |x: f64, y: f64| ((x * angle.cos() - y * angle.sin()) / period).rem_euclid(1.0);
+    // Edges a pixel wide, as a lens makes them: a share of a side is what lies right of its edge.
+    let step = |distance: f64| (0.5 + distance * period / 1.5).clamp(0.0, 1.0);
+    let side = |p: f64, width: f64| step(p) * step(width - p) + step(p - 1.0);
+    let v = see(&drawn(400, |x, y| 0.6 + 0.4 * side(place(x, y), 0.5), 0.03));
+    let relief = v.relief.clone().unwrap_or_else(|| panic!("{v:?}"));
+    assert!(matches!(relief.profile, Profile::V { .. }), "{relief:?}");
+    assert!((relief.period[0].value / period - 1.0).abs() < 0.01, "{relief:?}");
+    assert!((relief.turn_deg - 6.0).abs() < 0.5, "{relief:?}");
+    let saw = see(&drawn(400, |x, y| 0.9 - 0.5 * side(place(x, y), 0.2), 0.03));
+    assert!(matches!(saw.relief.clone().unwrap().profile, Profile::Sawtooth { steep } if (steep - 0.2).abs() < 0.04), "{:?}", saw.relief);
+    for analysis in [v, saw] {
+        builds(&analysis.material("grooves", &Guesses::default()).unwrap());
+    }
+}
+
+/// A material file is read and built by the library.
+fn builds(text: &str) -> usize {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("measured.toml");
+    std::fs::write(&path, text).unwrap();
+    let material = biscale::material::Material::load(&path).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    material.build().unwrap_or_else(|e| panic!("{e}\n{text}")).tile.triangles.len()
+}
+
+#[test]
+fn a_cloth_becomes_a_material_file_and_a_given_draft_is_kept() {
+    let cloth = Cloth { draft: Cloth::draft_of(2, 2, 1), ..base() };
+    let picture = cloth.draw();
+    let photo = Photo { width: picture.width, height: picture.height, rgb: &picture.rgb, mask: None, mm_per_pixel: Some(0.02) };
+    let analysis = analyse(&photo, &Options::default()).unwrap();
+    let weave = analysis.weave.clone().unwrap();
+    assert!((weave.warp.pitch.value / (16.0 * 0.02) - 1.0).abs() < 0.01, "{:?}", weave.warp.pitch);
+    let colour = |c: [f64; 3]| if c[0] > c[2] { "red" } else { "blue" };
+    assert_eq!((colour(weave.warp.colour), colour(weave.weft.colour)), ("red", "blue"));
+    assert!(builds(&analysis.material("cloth", &Guesses::default()).unwrap()) > 100);
+    let given = Draft::from_fn(4, 4, |i, j| cloth.draft[j][i]);
+    let known = analyse(&photo, &Options { draft: Some(given.clone()) }).unwrap().weave.unwrap();
+    assert_eq!((known.draft, known.confidence), (given, 1.0));
+    // A draft that the cloth cannot have.
+    let other = analyse(&photo, &Options { draft: Some(Draft::shifted(4, 1, 2)) }).unwrap();
+    assert_eq!(codes(&other), [Code::AmbiguousWeave]);
+}
+
+#[test]
+fn bad_input_is_refused() {
+    let rgb = vec![[0.5_f32; 3]; 64 * 64];
+    let good = Photo { width: 64, height: 64, rgb: &rgb, mask: None, mm_per_pixel: None };
+    let nothing = vec![false; 64 * 64];
+    assert_eq!(codes(&analyse(&Photo { mask: Some(&nothing), ..good }, &Options::default()).unwrap()), [Code::NoPeriod]);
+    for bad in [
+        Photo { width: 65, ..good },
+        Photo { mask: Some(&nothing[1..]), ..good },
+        Photo { mm_per_pixel: Some(f64::NAN), ..good },
+        Photo { width: 32, height: 128, ..good },
+    ] {
+        assert!(matches!(analyse(&bad, &Options::default()), Err(biscale::Error::BadInput(_))));
+    }
+    let mut broken = rgb.clone();
+    broken[70][1] = f32::NAN;
+    let error = analyse(&Photo { rgb: &broken, ..good }, &Options::default()).unwrap_err().to_string();
+    assert!(error.contains("column 6, row 1"), "{error}");
+}
+
+#[test]
+fn real_fabrics_have_their_periods_and_classes() {
+    let Some(folder) = std::env::var_os("BISCALE_DATA") else {
+        eprintln!("skipped: BISCALE_DATA is not set");
+        return;
+    };
+    // Pitches and repeats by hand, from the strongest peaks of a plain Fourier transform of the middle of the picture.
+    let by_hand = [("twill1_R", Some(([3.56, 2.47], 4))), ("satin1_R", Some(([3.16, 2.37], 5))), ("twill2_R", None)];
+    for (name, expected) in by_hand {
+        let path = std::path::Path::new(&folder).join(format!("fabric_photos/{name}.png"));
+        let image = image::open(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display())).to_rgb8();
+        let rgb: Vec<[f32; 3]> = image.pixels().map(|p| p.0.map(|v| (f32::from(v) / 255.0).powf(2.2))).collect();
+        let photo = Photo { width: 512, height: 512, rgb: &rgb, mask: None, mm_per_pixel: None };
+        let analysis = analyse(&photo, &Options::default()).unwrap();
+        // Threads of two to four pixels: the repeat can be told, what is on top cannot.
+        assert!(codes(&analysis).contains(&Code::Undersampled), "{name}: {:?}", analysis.findings);
+        let weave = analysis.weave.unwrap();
+        println!("{name}: {}, {:?} x {:?}, {} threads", weave.class, weave.warp.pitch, weave.weft.pitch, weave.draft.columns);
+        if let Some((pitch, threads)) = expected {
+            let found = [weave.warp.pitch.value, weave.weft.pitch.value];
+            assert!((0..2).all(|k| (found[k] / pitch[k] - 1.0_f64).abs() < 0.01), "{name}: {found:?}, by hand {pitch:?}");
+            assert_eq!(weave.draft.columns, threads, "{name}");
+        }
+    }
+}
+
+#[test]
+fn the_independent_close_up_is_measured() {
+    let Some(folder) = std::env::var_os("BISCALE_DATA") else {
+        eprintln!("skipped: BISCALE_DATA is not set");
+        return;
+    };
+    for name in ["a_closeup_direct", "a_closeup_full"] {
+        use exr::prelude::*;
+        let path = std::path::Path::new(&folder).join(format!("../photos/{name}.exr"));
+        let image = read_first_rgba_layer_from_file(
+            &path,
+            |size, _| vec![vec![[0.0_f32; 3]; size.0]; size.1],
+            |v: &mut Vec<Vec<[f32; 3]>>, p, (r, g, b, _): (f32, f32, f32, f32)| v[p.1][p.0] = [r, g, b],
+        )
+        .unwrap();
+        let rgb: Vec<[f32; 3]> = image.layer_data.channel_data.pixels.concat();
+        // 384 pixels see 2 tan(fov / 2) times the distance.
+        let width = 2.0 * (15.822_834_469_466_f64 / 2.0).to_radians().tan() * 22.0_f64.hypot(1.0);
+        let photo = Photo { width: 384, height: 384, rgb: &rgb, mask: None, mm_per_pixel: Some(width / 384.0) };
+        let weave = analyse(&photo, &Options::default()).unwrap().weave.unwrap();
+        println!("{name}: width {:?} {:?}, drawn .42 and .34", weave.warp.width, weave.weft.width);
+        assert_eq!(weave.class, Class::Plain);
+        for axis in [weave.warp, weave.weft] {
+            assert!((axis.pitch.value / 0.5 - 1.0).abs() < 0.01, "{name}: {:?}", axis.pitch);
+            assert!(axis.turn_deg.value.abs() < 0.5, "{name}: {:?}", axis.turn_deg);
+        }
+        assert!(weave.warp.colour[0] > weave.warp.colour[2] && weave.weft.colour[2] > weave.weft.colour[0], "{name}: red warp, blue weft");
+    }
+}
+
+/// How one random cloth was understood.
+struct Outcome {
+    class: Class,
+    cloth: Cloth,
+    found: Analysis,
+    seconds: f64,
+}
+
+/// The picture of a cloth, kept in the folder that CACHE names, if it does.
+fn cached(cloth: &Cloth) -> Picture {
+    let Ok(folder) = std::env::var("CACHE") else { return cloth.draw() };
+    let path = format!("{folder}/{:x}-{}-{}", cloth.seed, cloth.size[0], cloth.size[1]);
+    let [width, height] = cloth.size;
+    if let Ok(bytes) = std::fs::read(&path) {
+        let values: Vec<f32> = bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
+        return Picture { width, height, rgb: values.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect() };
+    }
+    let picture = cloth.draw();
+    std::fs::write(&path, picture.rgb.iter().flatten().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>()).unwrap();
+    picture
+}
+
+fn try_catalogue(count: usize, seed: u64, only: Option<usize>) -> Vec<Outcome> {
+    let mut random = cloth::Random(seed);
+    let cloths: Vec<(Class, Cloth)> = (0..count).map(|k| catalogue::random_cloth(k, &mut random)).collect();
+    cloths
+        .into_iter()
+        .enumerate()
+        .filter(|(k, _)| only.is_none_or(|o| o == *k))
+        .map(|(_, (class, cloth))| {
+            let picture = cached(&cloth);
+            let clock = std::time::Instant::now();
+            let found = see(&picture);
+            Outcome { class, cloth, found, seconds: clock.elapsed().as_secs_f64() }
+        })
+        .collect()
+}
+
+#[test]
+fn random_cloths_of_all_classes_are_named() {
+    let outcomes = try_catalogue(catalogue::KINDS, 3, None);
+    let wrong: Vec<String> = outcomes
+        .iter()
+        .filter(|o| o.found.weave.as_ref().map(|w| w.class) != Some(o.class))
+        .map(|o| format!("{} taken for {:?}", o.class, o.found.weave.as_ref().map(|w| w.class)))
+        .collect();
+    assert!(wrong.len() <= 1, "{wrong:?}");
+    for outcome in outcomes {
+        let Some(weave) = outcome.found.weave.filter(|w| w.class == outcome.class) else { continue };
+        for (axis, pitch) in [(weave.warp, outcome.cloth.pitch[0]), (weave.weft, outcome.cloth.pitch[1])] {
+            assert!((axis.pitch.value / pitch - 1.0).abs() < 0.01, "{}: {:?}, drawn with {pitch}", outcome.class, axis.pitch);
+            assert!((axis.turn_deg.value - outcome.cloth.turn_deg).abs() < 0.5, "{}: {:?}", outcome.class, axis.turn_deg);
+        }
+    }
+}
+
+#[test]
+#[ignore = "a table for a person"]
+fn table_of_random_cloths() {
+    let seed = std::env::var("SEED").map_or(1, |s| s.parse().unwrap());
+    let count = std::env::var("COUNT").map_or(40, |s| s.parse().unwrap());
+    let mut wrong = 0;
+    let mut widths: Vec<f64> = Vec::new();
+    let only: Option<usize> = std::env::var("ONLY").ok().map(|s| s.parse().unwrap());
+    for (k, outcome) in try_catalogue(count, seed, only).into_iter().enumerate() {
+        let k = only.unwrap_or(k);
+        let Outcome { class, cloth, found, seconds } = outcome;
+        if let Ok(folder) = std::env::var("PICTURES") {
+            println!("{cloth:?}");
+            save(&cached(&cloth), &format!("{folder}/{k}.png"));
+        }
+        let Some(weave) = found.weave else {
+            println!("{k} {class}: nothing {:?} {:.1?}", found.findings.iter().map(|f| f.code).collect::<Vec<_>>(), cloth.pitch);
+            wrong += 1;
+            continue;
+        };
+        let right = weave.class == class;
+        wrong += usize::from(!right);
+        let off = |a: f64, b: f64| 100.0 * (a / b - 1.0);
+        let fill =
+            [off(weave.warp.width.value, cloth.fill[0] * cloth.pitch[0]), off(weave.weft.width.value, cloth.fill[1] * cloth.pitch[1])];
+        if right {
+            widths.extend(fill.map(f64::abs));
+        }
+        println!(
+            "{k} {}{class} -> {} conf {:.2} unexplained {:.3} pitch {:.1?} off {:.2} {:.2} % turn off {:.2} {:.2} tensor {:.2} width {:.2?} off {:.1} {:.1} % dE {:.0} {:.2} s {:?}",
+            if right { "" } else { "WRONG " },
+            weave.class,
+            weave.confidence,
+            weave.unexplained,
+            cloth.pitch,
+            off(weave.warp.pitch.value, cloth.pitch[0]),
+            off(weave.weft.pitch.value, cloth.pitch[1]),
+            weave.warp.turn_deg.value - cloth.turn_deg,
+            weave.weft.turn_deg.value - cloth.turn_deg,
+            found.edge_turn_deg.unwrap() - cloth.turn_deg,
+            cloth.fill,
+            fill[0],
+            fill[1],
+            weave.colour_difference,
+            seconds,
+            found.findings.iter().map(|f| f.code).collect::<Vec<_>>()
+        );
+    }
+    widths.sort_by(f64::total_cmp);
+    if !widths.is_empty() {
+        println!("{wrong} of {count} wrong; widths: median {:.1} %, 90 % {:.1} %", widths[widths.len() / 2], widths[widths.len() * 9 / 10]);
+    }
+}
