@@ -5,4 +5,4 @@ set -eu
 biscale=$1
 folder=$2
 "$biscale" fit samples/fit/fit.toml -o "$folder"
-"$biscale" render samples/scenes/pillow.toml --material "$folder/material.toml" -o "$folder/pillow.png" --tolerance 0.02 --force
+"$biscale" render samples/scenes/pillow.toml --material "$folder/material.toml" -o "$folder/pillow.png" --tolerance 0.02 --exposure -1.8 --force

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic")]
 
+#[allow(dead_code, reason = "not every test program uses all of it")]
 mod support;
 
 use biscale::error::{Error, Result};

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic")]
 #![allow(clippy::print_stdout, reason = "figures, for those who ask for them with --nocapture")]
 
+#[allow(dead_code, reason = "not every test program uses all of it")]
 mod support;
 
 use biscale_fit::identify::Known;
