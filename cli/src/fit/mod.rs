@@ -186,7 +186,7 @@ pub fn run(args: &FitArgs, common: &CommonArgs) -> Result<u8> {
         tell(common, args, &outcome, &compared, seconds);
     }
     Ok(match outcome.ended_early {
-        Some(Early::Interrupted) => u8::try_from(interrupt::STATUS).unwrap_or(crate::FAILED),
+        Some(Early::Interrupted) => interrupt::STATUS,
         _ if outcome.failures.is_empty() => 0,
         _ => crate::FAILED,
     })
