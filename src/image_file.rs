@@ -41,16 +41,38 @@ pub fn read(path: &Path) -> Result<Raster> {
     parse(path, &bytes).map_err(|bad| bad.in_file(path).into())
 }
 
+/// Reads a photograph as [`read`] does, whose pixels may be holes: values that are no finite numbers become NaN.
+///
+/// # Errors
+/// As [`read`], but for such values.
+pub fn read_with_holes(path: &Path) -> Result<Raster> {
+    let bytes = std::fs::read(path).map_err(|e| Error::reading(path, e))?;
+    let mut raster = decode(path, &bytes).map_err(|bad| Error::from(bad.in_file(path)))?;
+    if raster.width == 0 || raster.height == 0 {
+        return Err(BadInput::new("the image has no pixels", "use another one").in_file(path).into());
+    }
+    for value in raster.channels.iter_mut().flatten().filter(|v| !v.is_finite()) {
+        *value = f32::NAN;
+    }
+    while raster.channels.len() < 3 {
+        raster.channels.push(raster.channels[0].clone());
+    }
+    Ok(raster)
+}
+
 /// Decodes the bytes of an image file.
 pub(crate) fn parse(path: &Path, bytes: &[u8]) -> Result<Raster, BadInput> {
+    checked(decode(path, bytes)?)
+}
+
+fn decode(path: &Path, bytes: &[u8]) -> Result<Raster, BadInput> {
     let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    let raster = match &*ending {
+    Ok(match &*ending {
         "png" => png(bytes)?,
         "tif" | "tiff" => tiff(bytes)?,
         "exr" => exr(bytes)?,
         _ => return Err(BadInput::new(format!("the ending \"{ending}\" is not known for an image"), "use .png, .tif, .tiff or .exr")),
-    };
-    checked(raster)
+    })
 }
 
 /// Refuses an image without pixels, or with one that is not a number.

@@ -29,7 +29,7 @@ pub mod filter;
 pub mod formats;
 pub mod geometry;
 pub mod image_file;
-mod low_discrepancy;
+pub mod low_discrepancy;
 pub mod low_rank;
 pub mod material;
 pub mod render;

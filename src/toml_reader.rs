@@ -86,6 +86,12 @@ impl<'a> TableReader<'a> {
         Self { source, name: name.into(), table, offset, known: RefCell::new(Vec::new()) }
     }
 
+    /// The same table, to be read once more.
+    #[must_use]
+    pub fn again(&self) -> Self {
+        Self::new(self.source, self.name.clone(), self.table, self.offset)
+    }
+
     /// The file that is being read.
     pub fn source(&self) -> &'a Source {
         self.source

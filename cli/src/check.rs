@@ -1,5 +1,6 @@
 //! `biscale check`: validates files and says what would be done; does nothing.
 
+use crate::check_fit;
 use crate::check_scene;
 use crate::check_shoot;
 use crate::interrupt;
@@ -14,6 +15,7 @@ use biscale::material::{Material, Surface, Tint};
 use biscale::render::scene::Scene;
 use biscale::toml_reader::Source;
 use biscale_capture::shoot::Shoot;
+use biscale_fit::spec::Spec;
 use clap::Args;
 use glam::DVec3;
 use serde::Serialize;
@@ -24,7 +26,7 @@ use std::sync::atomic::Ordering;
 /// Arguments of `biscale check`.
 #[derive(Args, Debug)]
 pub struct CheckArgs {
-    /// Material, scene and shoot files
+    /// Material, scene, shoot and fit files
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     #[command(flatten)]
@@ -84,6 +86,7 @@ struct Outcome {
 enum AnyReport {
     Material(Box<Report>),
     Scene(check_scene::Report),
+    Fit(Box<check_fit::Report>),
     Shoot(check_shoot::Report),
 }
 
@@ -92,6 +95,7 @@ impl fmt::Display for AnyReport {
         match self {
             Self::Material(report) => report.fmt(f),
             Self::Scene(report) => report.fmt(f),
+            Self::Fit(report) => report.fmt(f),
             Self::Shoot(report) => report.fmt(f),
         }
     }
@@ -100,6 +104,9 @@ impl fmt::Display for AnyReport {
 impl AnyReport {
     fn of(file: &Path, would_run: &str) -> Result<Self> {
         let source = Source::read(file)?;
+        if Spec::is_fit(&source) {
+            return Ok(Self::Fit(Box::new(check_fit::Report::of(&Spec::parse(&source)?)?)));
+        }
         if Shoot::is_shoot(&source) {
             return Ok(Self::Shoot(check_shoot::Report::of(&Shoot::parse(&source)?)));
         }

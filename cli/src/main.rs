@@ -4,10 +4,12 @@ mod bake;
 mod cache;
 mod capture;
 mod check;
+mod check_fit;
 mod check_scene;
 mod check_shoot;
 mod compare;
 mod eval;
+mod fit;
 mod fold;
 mod interrupt;
 mod later;
@@ -71,8 +73,8 @@ enum Command {
     Fold(Box<fold::FoldArgs>),
     /// Photographs to calibrated measurements
     Capture(capture::CaptureArgs),
-    /// Photograph pair to material (not built yet)
-    Fit(later::LaterArgs),
+    /// Photographs to a material, and how far to trust it
+    Fit(fit::FitArgs),
     /// Precomputed BRDFs of the low-rank method: list or clear them
     Cache(cache::CacheArgs),
     /// The interactive editor (not built yet)
@@ -120,7 +122,7 @@ fn run(cli: &Cli) -> Result<u8> {
         Command::StudyRun(args) => study::child::run(args, &cli.common)?,
         Command::Fold(args) => return fold::run(args, &cli.common),
         Command::Capture(args) => return capture::run(args, &cli.common),
-        Command::Fit(_) => later::run("fit")?,
+        Command::Fit(args) => return fit::run(args, &cli.common),
         Command::Cache(args) => cache::run(args, &cli.common)?,
         Command::Edit(_) => later::run("edit")?,
     }

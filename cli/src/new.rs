@@ -6,14 +6,14 @@ use biscale::error::{BadInput, Error, Result};
 use biscale::render::scene::TEMPLATE;
 use clap::{Args, ValueEnum};
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Arguments of `biscale new`.
 #[derive(Args, Debug)]
 pub struct NewArgs {
     /// What to write: a material of one geometry kind, or another file
     kind: Kind,
-    /// The file to write, `-` for standard output; `new fit` takes `CAPTURE_FOLDER` FILE
+    /// The file to write, `-` for standard output; `new fit` also takes a folder that `capture` wrote before it
     #[arg(required = true, num_args = 1..=2, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Replace a file that exists
@@ -40,25 +40,28 @@ enum Kind {
     Scene,
     /// A list of photographs for `capture`
     Shoot,
-    /// The question that `fit` answers; not built yet
+    /// The question that `fit` answers: photographs, what may move
     Fit,
 }
 
 /// Runs the command.
 ///
 /// # Errors
-/// Unsupported for the files of commands that are not built yet; bad input if the file exists.
+/// Bad input if the file exists, or for a folder that is no capture's; unsupported for a kind that this build lacks.
 pub fn run(args: &NewArgs, common: &CommonArgs) -> Result<()> {
     let kind = args.kind.to_possible_value().map(|v| v.get_name().to_owned()).unwrap_or_default();
     let unsupported = || Error::Unsupported { what: format!("`biscale new {kind}`"), remedy: "it is not built yet in this version".into() };
-    if args.kind == Kind::Fit {
-        return Err(unsupported());
-    }
-    let [file] = &args.files[..] else {
-        return Err(BadInput::new("two files are given", format!("write `biscale new {kind} FILE`")).at_field("FILE").into());
+    let (folder, file) = match &args.files[..] {
+        [file] => (None, file),
+        [folder, file] if args.kind == Kind::Fit => (Some(folder), file),
+        _ => return Err(BadInput::new("two files are given", format!("write `biscale new {kind} FILE`")).at_field("FILE").into()),
     };
     let text = match args.kind {
         Kind::Scene => TEMPLATE.to_owned(),
+        Kind::Fit => match folder {
+            Some(folder) => biscale_fit::template::for_capture(folder, &seen_from(folder, file))?,
+            None => biscale_fit::template::BY_HAND.to_owned(),
+        },
         Kind::Shoot => biscale_capture::shoot::TEMPLATE.to_owned(),
         _ => biscale::geometry::template(&kind).ok_or_else(unsupported)?,
     };
@@ -75,4 +78,16 @@ pub fn run(args: &NewArgs, common: &CommonArgs) -> Result<()> {
         output::tell(common, &format!("wrote {}; `biscale check {}` says what it means", file.display(), file.display()));
     }
     Ok(())
+}
+
+/// The folder as a file names it by a path relative to its own: as it was given where both are relative to the same place.
+fn seen_from(folder: &Path, file: &Path) -> String {
+    let beside = file.parent().filter(|p| !p.as_os_str().is_empty());
+    let path = match beside {
+        None => folder.to_path_buf(),
+        Some(beside) => folder
+            .strip_prefix(beside)
+            .map_or_else(|_| std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf()), Path::to_path_buf),
+    };
+    path.display().to_string()
 }

@@ -3,9 +3,9 @@
 //! | what is known | what follows | measured by |
 //! |---|---|---|
 //! | reflections after the first are wanted | `reference`: no other method has them | |
-//! | anything else | `direct`: 2 to 2,000 times less CPU time than `reference` at the same error on every surface, BRDF, list of 1 to 1,600 pairs and tolerance that was tried; `lowrank` shares its facets and visibility and adds to both | `cargo bench --bench methods`; `biscale study` |
+//! | anything else | `direct`: 1.5 to 750 times less CPU time than `reference` for the same tolerance, on grooves, rods, lists of 1 to 1,600 pairs; `lowrank` shares its facets and visibility and adds to both | `cargo bench --bench methods`; `biscale study` |
 //! | up to [`FEW`] distinct normals | relative RMS error of 2,048 samples about [`FEW_ERROR`], whatever the lobe | `cargo bench --bench accuracy` |
-//! | more, area `r` footprints, sharpest lobe `alpha` (1 for diffuse) | about `r (`[`WIDE_ERROR`]` + `[`LOBE_ERROR`]`/alpha)`; within a factor of 3 but for diffuse rods, of 4 | same |
+//! | more, area `r` footprints, sharpest lobe `alpha` (1 for diffuse) | about `r (`[`WIDE_ERROR`]` + `[`LOBE_ERROR`]` (1/alpha - 1))`; within a factor of 3 but for diffuse rods, of 4 | same |
 //! | `n` samples in place of 2,048 | `(2,048/n)^.75` of it | same |
 //! | some directions see next to none of 2^18 samples, up to [`REFERENCE_PAIRS`] pairs | `reference`, which looks from the viewer: the error of `direct` is not in its estimate there | `cargo test --test extremes` |
 //!

@@ -8,6 +8,7 @@ mod cluster_sums;
 pub(crate) mod demand;
 mod direct;
 mod estimate;
+pub mod frozen;
 mod importance;
 #[cfg(test)]
 mod kernel_tests;

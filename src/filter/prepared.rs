@@ -72,6 +72,13 @@ impl<'a> Tracer<'a> {
         }
     }
 
+    /// For a surface in the form that sampling uses, and not clustered.
+    pub fn of(small: &'a SmallScale, surface: Surface, control: &Control<'a>) -> Self {
+        let density = Density::uniform(&surface);
+        let horizon = Horizon::new(&small.tile);
+        Self { small, surface, rays: OnceLock::new(), horizon, density, seed: 0, control: *control, lost: AtomicUsize::new(0) }
+    }
+
     /// Whether the triangles are clustered by normal.
     pub fn is_clustered(&self) -> bool {
         self.surface.groups.iter().any(|g| g.cluster.is_some())

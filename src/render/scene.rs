@@ -240,7 +240,11 @@ fn required<T>(table: &TableReader<'_>, key: &str, value: Option<T>, example: &s
 }
 
 impl Camera {
-    fn read(table: TableReader<'_>) -> Result<Self> {
+    /// Reads a `[camera]` table.
+    ///
+    /// # Errors
+    /// Bad input.
+    pub fn read(table: TableReader<'_>) -> Result<Self> {
         let point = |key| table.array::<3>(key, PLACE).map(|v| v.map(DVec3::from));
         let origin = required(&table, "origin", point("origin")?, "[0.0, -5.0, 0.0]")?;
         let target = required(&table, "target", point("target")?, "[0.0, 0.0, 0.0]")?;
@@ -279,7 +283,11 @@ impl Camera {
 }
 
 impl Light {
-    fn read(table: TableReader<'_>) -> Result<Self> {
+    /// Reads a `[[light]]` table.
+    ///
+    /// # Errors
+    /// Bad input.
+    pub fn read(table: TableReader<'_>) -> Result<Self> {
         let kind = required(&table, "type", table.choice("type", &LIGHTS)?, "\"directional\"")?;
         let light = if LIGHTS[kind] == "directional" {
             let to_light = required(&table, "to_light", unit_vector(&table, "to_light")?, "[0.0, -1.0, 1.0]")?;
@@ -330,27 +338,33 @@ impl Materials<'_> {
 
 impl Object {
     fn read(index: usize, table: TableReader<'_>, materials: &mut Materials<'_>) -> Result<Self> {
-        let kind = KINDS[required(&table, "kind", table.choice("kind", &KINDS)?, "\"sphere\"")?];
+        let (kind, shape) = read_shape(&table)?;
         let material = materials.place(&table)?;
-        let shape = match kind {
-            "sphere" => Shape::Sphere(Sphere { center: center(&table)?, radius: radius(&table)?, axis: axis(&table)? }),
-            "cylinder" => {
-                let height = required(&table, "height", table.f64("height", LENGTH)?, "2.0")?;
-                Shape::Cylinder(Cylinder { center: center(&table)?, radius: radius(&table)?, height, axis: axis(&table)? })
-            }
-            "plane" => Shape::Plane(read_plane(&table)?),
-            _ => Shape::Mesh(Box::new(read_mesh(&table)?)),
-        };
         let needs_material = || table.missing("material", "\"my.toml\"");
         let materials = match &shape {
             Shape::Mesh(mesh) => parts(&table, mesh, material, materials)?,
             _ => vec![material.ok_or_else(needs_material)?],
         };
+        Self::finish(format!("object[{index}] ({kind})"), shape, materials, table)
+    }
+
+    /// Reads the table of an object without materials: all of it is covered by the first one of the scene.
+    ///
+    /// # Errors
+    /// Bad input.
+    pub fn read_bare(table: TableReader<'_>) -> Result<Self> {
+        let (kind, shape) = read_shape(&table)?;
+        let parts = if let Shape::Mesh(mesh) = &shape { mesh.parts.len() } else { 1 };
+        Self::finish(kind.to_owned(), shape, vec![0; parts], table)
+    }
+
+    /// Reads what all shapes have in common.
+    fn finish(label: String, shape: Shape, materials: Vec<usize>, table: TableReader<'_>) -> Result<Self> {
         let turn = table.f64("turn_deg", range(-360.0, 360.0))?.unwrap_or(0.0).to_radians();
         let two_sided = table.bool("two_sided")?.unwrap_or(false);
         let periods_per_unit = table.array::<2>("periods_per_unit", LENGTH)?;
         table.finish()?;
-        Ok(Self { label: format!("object[{index}] ({kind})"), shape, materials, turn, two_sided, periods_per_unit })
+        Ok(Self { label, shape, materials, turn, two_sided, periods_per_unit })
     }
 
     /// A point in its middle.
@@ -372,6 +386,21 @@ impl Object {
             Shape::Mesh(mesh) => mesh.contains(point),
         }
     }
+}
+
+/// The shape that a table describes, and its kind.
+fn read_shape(table: &TableReader<'_>) -> Result<(&'static str, Shape)> {
+    let kind = KINDS[required(table, "kind", table.choice("kind", &KINDS)?, "\"sphere\"")?];
+    let shape = match kind {
+        "sphere" => Shape::Sphere(Sphere { center: center(table)?, radius: radius(table)?, axis: axis(table)? }),
+        "cylinder" => {
+            let height = required(table, "height", table.f64("height", LENGTH)?, "2.0")?;
+            Shape::Cylinder(Cylinder { center: center(table)?, radius: radius(table)?, height, axis: axis(table)? })
+        }
+        "plane" => Shape::Plane(read_plane(table)?),
+        _ => Shape::Mesh(Box::new(read_mesh(table)?)),
+    };
+    Ok((kind, shape))
 }
 
 fn center(table: &TableReader<'_>) -> Result<DVec3> {

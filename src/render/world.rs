@@ -102,6 +102,11 @@ impl<'a> World<'a> {
         Ok(Self { scene, coverage, opaque })
     }
 
+    /// As if no material had gaps.
+    pub fn opaque(scene: &'a Scene) -> Self {
+        Self { scene, coverage: vec![Coverage::Opaque; scene.materials.len()], opaque: vec![true; scene.objects.len()] }
+    }
+
     /// The first place on a ray beyond the distance `after`.
     pub fn first(&self, origin: DVec3, direction: DVec3, after: f64) -> Option<Place> {
         let mut best: Option<(usize, Hit)> = None;

@@ -8,6 +8,8 @@
 //! Angles are counter-clockwise with y up, though the rows of a photograph run down. Warp threads are those nearer to the vertical.
 //! How each step works, and how well, stands in `docs/weave-analysis.md`.
 
+#![allow(clippy::cast_possible_wrap, reason = "pixels, bins and threads are counted with signs, and far below 2^63")]
+
 mod autocorrelation;
 mod class;
 mod cloth;

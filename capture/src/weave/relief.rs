@@ -50,6 +50,8 @@ pub struct Relief {
 const BINS: usize = 64;
 /// Sides that differ in width by less than this share of the period are those of a V.
 const ALIKE: f64 = 0.12;
+/// Width of a blurred edge in pixels.
+const EDGE_PIXELS: f64 = 2.0;
 /// More than two levels must leave at most this share of what two leave.
 const LEVELS_GAIN: f64 = 0.35;
 
@@ -99,7 +101,9 @@ pub(super) fn describe(photo: &Photo<'_>, scale: &Scale) -> Relief {
     let (four, parts, left_four, _) = levels(&profile, 4);
     let explained = 1.0 - left_two.min(left_four) / total.max(1e-12);
     let narrow = widths.iter().copied().fold(1.0, f64::min);
-    let profile = if left_four < LEVELS_GAIN * left_two {
+    // Levels as narrow as the lens blurs are edges.
+    let seen = parts.iter().all(|p| p / f.length() > EDGE_PIXELS);
+    let profile = if seen && left_four < LEVELS_GAIN * left_two {
         // Tops and floor are opposite one another; the darker is the floor, which gets less light.
         let pair = usize::from(parts[1] + parts[3] > parts[0] + parts[2]);
         let (a, b) = (pair, pair + 2);

@@ -85,6 +85,25 @@ pub struct Analysis {
     pub findings: Vec<Finding>,
 }
 
+impl Analysis {
+    /// All of it for `close_up.weave` of a capture file; the draft as texts, one a weft, the lowest first.
+    pub fn to_json(&self) -> serde_json::Value {
+        let weave = self.weave.as_ref().map(|w| {
+            let text = |row: &[bool]| row.iter().map(|&over| if over { '1' } else { '0' }).collect::<String>();
+            let draft: Vec<String> = w.draft.warp_over.chunks(w.draft.columns).map(text).collect();
+            serde_json::json!({
+                "class": w.class, "class_name": w.class.to_string(), "confidence": w.confidence, "unexplained": w.unexplained,
+                "draft": draft, "warp": w.warp, "weft": w.weft, "repeat": w.repeat, "cover": w.cover,
+                "colour_difference": w.colour_difference, "flatness": w.flatness,
+            })
+        });
+        serde_json::json!({
+            "unit": if self.mm_per_pixel.is_some() { "mm" } else { "px" }, "turn_deg": self.turn_deg,
+            "edge_turn_deg": self.edge_turn_deg, "weave": weave, "relief": self.relief, "findings": self.findings,
+        })
+    }
+}
+
 /// Fewest pixels from thread to thread for which a draft is trusted.
 pub const MIN_PIXELS_A_THREAD: f64 = 8.0;
 /// Most of the variation of a photograph that a cloth may leave unexplained.

@@ -4,6 +4,7 @@ use super::Photo;
 use super::field::Field;
 use super::lattice::Lattice;
 use super::spectrum::{Peak, Spectrum};
+use glam::DVec2;
 
 /// A photograph at the scale where it repeats best.
 pub(super) struct Scale {
@@ -52,6 +53,10 @@ pub(super) fn find(photo: &Photo<'_>) -> Result<Scale, (f64, f64)> {
         chosen += 1;
     }
     let mut scale = scales.swap_remove(chosen);
+    if let Some(grooves) = along_one_line(&scale.peaks, scale.spectrum.bin()) {
+        scale.lattice = grooves;
+        return Ok(scale);
+    }
     scale.lattice = scale.lattice.completed(&scale.peaks, scale.spectrum.bin());
     Ok(scale)
 }
@@ -67,6 +72,20 @@ impl Scale {
         weight / sum.max(1e-9)
     }
 }
+
+/// The lattice of a surface that repeats along one direction, if nearly all power lies along one line.
+///
+/// Sharp edges have frequencies that the pixels cannot show, which come back as weak peaks elsewhere: they make no second direction.
+fn along_one_line(peaks: &[Peak], bin: DVec2) -> Option<Lattice> {
+    let strongest = peaks.iter().max_by(|a, b| a.power.total_cmp(&b.power))?;
+    let along = (strongest.frequency / bin).normalize();
+    let on_line: Vec<Peak> = peaks.iter().copied().filter(|p| (p.frequency / bin).perp_dot(along).abs() < 1.0).collect();
+    let power = |list: &[Peak]| list.iter().map(|p| p.power).sum::<f64>();
+    (power(&on_line) >= LINE_SHARE * power(peaks)).then(|| Lattice::of(&on_line, bin)).flatten().filter(|l| l.basis.len() == 1)
+}
+
+/// Share of the peaks' power along one line that makes grooves; the threads across give even a satin far more than the rest.
+const LINE_SHARE: f64 = 0.998;
 
 /// The windows in which a lattice explains the peaks best.
 fn best_window(field: Field) -> Option<Scale> {

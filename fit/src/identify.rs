@@ -1,0 +1,422 @@
+//! What the photographs can say: standard deviations and correlations of all unknowns, and which of them are not to be trusted.
+//!
+//! The residuals are linear in the colours and nearly so, near the best point, in everything else. Their derivatives there, by central
+//! differences over a step that visibility bits do not spoil, give the covariance `s² (JᵀJ)⁻¹`, with `s²` the mean squared residual, at
+//! least 1. The bounds count as knowledge as well, of a standard deviation of `range/√12`: what nothing tells has that one.
+
+use crate::linear::{cholesky, cholesky_solve};
+use crate::model::{Evaluated, HUBER, Model, Origin, UnknownKind, Variable};
+use crate::search::in_parallel;
+use biscale::error::Result;
+use biscale::filter::Control;
+use serde::Serialize;
+
+/// Half the distance of the central differences, as a share of the range.
+const STEP: f64 = 0.03;
+/// Share of its range from which on a standard deviation means that nothing is known.
+pub const NOT_IDENTIFIED: f64 = 0.25;
+/// Standard deviation over value from which on an unknown is weak.
+pub const WEAK: f64 = 0.1;
+/// Correlations that are worth telling.
+pub const CORRELATED: f64 = 0.9;
+/// Distance from a bound, as a share of the range, at which an unknown lies on it.
+const AT_BOUND: f64 = 0.005;
+/// Factor by which an unknown must be worse known without the close-up to be known from it.
+const FROM_CLOSE_UP: f64 = 3.0;
+
+/// How well one unknown is known.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Known {
+    /// Its name.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// Its standard deviation.
+    pub sigma: f64,
+    /// Width of its bounds.
+    pub range: f64,
+    /// Its bounds.
+    pub bounds: [f64; 2],
+    /// Whether it lies on one of its bounds.
+    pub at_bound: bool,
+    /// Whether its standard deviation is over 25 % of its range: its value says nothing.
+    pub not_identified: bool,
+    /// Whether its standard deviation is over 10 % of its value.
+    pub weak: bool,
+    /// Its standard deviation without the close-up, if there is one.
+    pub sigma_without_close_up: Option<f64>,
+    /// Whether it is the close-up that tells it: without it the standard deviation is three times as large, or all of the range.
+    pub from_close_up: bool,
+    /// What it is: `parameter`, `light`, `colour`, `veil`.
+    pub kind: &'static str,
+}
+
+/// Two unknowns that the photographs hardly tell apart.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Correlation {
+    /// The one.
+    pub a: String,
+    /// The other.
+    pub b: String,
+    /// Between -1 and 1.
+    pub correlation: f64,
+}
+
+/// What the photographs can say.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Identified {
+    /// All unknowns: those of the search, then the linear ones.
+    pub known: Vec<Known>,
+    /// Pairs with a correlation over .9.
+    pub correlations: Vec<Correlation>,
+    /// Largest over smallest singular value of the derivatives, each unknown in units of its range.
+    pub condition: f64,
+    /// Mean squared residual.
+    pub chi2: f64,
+    /// Residuals that the unknowns are found from: those of cells that share their model error count as one.
+    pub residuals: f64,
+}
+
+/// Derivatives of the residuals by the unknowns.
+#[derive(Clone, Debug)]
+pub struct Derivatives {
+    /// One row a residual, weighted as Huber does: unknowns of the search (by unit of the box), then linear ones.
+    pub rows: Vec<Vec<f64>>,
+    /// Whether each row comes from the close-up.
+    pub close_up: Vec<bool>,
+    /// The residuals, weighted alike.
+    pub residuals: Vec<f64>,
+    /// Unknowns of the search.
+    pub variables: usize,
+}
+
+fn residuals(evaluated: &Evaluated) -> Vec<f64> {
+    evaluated.rows.iter().map(|(row, _)| evaluated.residual(row)).chain(evaluated.fixed.iter().copied()).collect()
+}
+
+/// The derivatives at a point; `None` if it makes no surface.
+///
+/// # Errors
+/// Those of the model.
+pub fn derivatives(model: &Model<'_>, point: &[f64], best: &Evaluated, control: &Control<'_>) -> Result<Option<Derivatives>> {
+    let n = point.len();
+    let sides: Vec<(usize, f64)> = (0..n).flat_map(|i| [(i, -STEP), (i, STEP)]).collect();
+    let moved = in_parallel(&sides, |_, &(i, step)| {
+        let mut at = point.to_vec();
+        at[i] = (at[i] + step).clamp(0.0, 1.0);
+        Ok(model.evaluate_with(&at, Some(&best.linear), control)?.map(|e| (at[i], residuals(&e))))
+    })?;
+    let here = residuals(best);
+    let total = n + best.linear.len();
+    let mut rows = vec![vec![0.0; total]; here.len()];
+    for i in 0..n {
+        // Where a side makes no surface the other one does with the middle.
+        let side = |k: usize| moved[2 * i + k].clone().unwrap_or_else(|| (point[i], here.clone()));
+        let ((low, before), (high, after)) = (side(0), side(1));
+        if high > low {
+            for (k, row) in rows.iter_mut().enumerate() {
+                row[i] = (after[k] - before[k]) / (high - low);
+            }
+        }
+    }
+    for (k, (row, _)) in best.rows.iter().enumerate() {
+        for &(j, a) in &row.terms {
+            rows[k][n + j] += a / row.sigma;
+        }
+    }
+    let mut close_up: Vec<bool> = best.rows.iter().map(|(_, origin)| *origin == Origin::CloseUp).collect();
+    let covers = model.covers();
+    close_up.extend((0..best.fixed.len()).map(|k| k < covers));
+    let weight = |k: usize| best.rows.get(k).map_or(1.0, |(row, _)| row.weight);
+    let huber = |r: f64| if r.abs() <= HUBER { 1.0 } else { HUBER / r.abs() };
+    let weights: Vec<f64> = here.iter().enumerate().map(|(k, r)| (weight(k) * huber(*r)).sqrt()).collect();
+    for (row, w) in rows.iter_mut().zip(&weights) {
+        row.iter_mut().for_each(|v| *v *= w);
+    }
+    let residuals = here.iter().zip(&weights).map(|(r, w)| r * w).collect();
+    Ok(Some(Derivatives { rows, close_up, residuals, variables: n }))
+}
+
+impl Derivatives {
+    /// `JᵀJ` over the rows that `keep` says, unknowns in units of `range`.
+    fn gram(&self, range: &[f64], keep: impl Fn(usize) -> bool) -> Vec<f64> {
+        let n = range.len();
+        let mut gram = vec![0.0; n * n];
+        for (_, row) in self.rows.iter().enumerate().filter(|(k, _)| keep(*k)) {
+            for i in (0..n).filter(|&i| row[i] != 0.0) {
+                for j in 0..n {
+                    gram[i * n + j] += row[i] * range[i] * row[j] * range[j];
+                }
+            }
+        }
+        gram
+    }
+
+    /// The least-squares step of all unknowns but `held` that answers to a step of that one.
+    pub fn answer(&self, held: usize, step: f64, residuals: &[f64]) -> Option<Vec<f64>> {
+        let n = self.rows.first().map_or(0, Vec::len);
+        let (mut gram, mut rhs) = (vec![0.0; n * n], vec![0.0; n]);
+        for (row, r) in self.rows.iter().zip(residuals) {
+            let target = -(r + row[held] * step);
+            for i in 0..n {
+                if i == held || row[i] == 0.0 {
+                    continue;
+                }
+                rhs[i] += row[i] * target;
+                for j in (0..n).filter(|&j| j != held) {
+                    gram[i * n + j] += row[i] * row[j];
+                }
+            }
+        }
+        gram[held * n + held] = 1.0;
+        // What nothing tells stays.
+        for i in 0..n {
+            gram[i * n + i] += 1e-6 * gram[i * n + i] + 12.0 * f64::from(u8::from(i < self.variables)) + 1e-9;
+        }
+        let mut step_of = cholesky_solve(&cholesky(&gram, n)?, &rhs);
+        step_of[held] = step;
+        Some(step_of)
+    }
+}
+
+/// Inverse of a positive symmetric matrix.
+fn inverse(matrix: &[f64], n: usize) -> Option<Vec<f64>> {
+    let l = cholesky(matrix, n)?;
+    let mut out = vec![0.0; n * n];
+    for j in 0..n {
+        let mut unit = vec![0.0; n];
+        unit[j] = 1.0;
+        for (i, v) in cholesky_solve(&l, &unit).into_iter().enumerate() {
+            out[i * n + j] = v;
+        }
+    }
+    Some(out)
+}
+
+/// Eigenvalues of a symmetric matrix by Jacobi's rotations, ascending.
+fn eigenvalues(matrix: &[f64], n: usize) -> Vec<f64> {
+    let mut a = matrix.to_vec();
+    for _ in 0..60 {
+        let off: f64 = (0..n).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| a[i * n + j].powi(2)).sum();
+        let size: f64 = a.iter().map(|v| v * v).sum();
+        if off <= 1e-30 * size {
+            break;
+        }
+        for p in 0..n {
+            for q in p + 1..n {
+                if a[p * n + q] == 0.0 {
+                    continue;
+                }
+                let theta = (a[q * n + q] - a[p * n + p]) / (2.0 * a[p * n + q]);
+                let t = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
+                let (c, s) = (1.0 / (t * t + 1.0).sqrt(), t / (t * t + 1.0).sqrt());
+                for k in 0..n {
+                    let (x, y) = (a[k * n + p], a[k * n + q]);
+                    (a[k * n + p], a[k * n + q]) = (c * x - s * y, s * x + c * y);
+                }
+                for k in 0..n {
+                    let (x, y) = (a[p * n + k], a[q * n + k]);
+                    (a[p * n + k], a[q * n + k]) = (c * x - s * y, s * x + c * y);
+                }
+            }
+        }
+    }
+    let mut values: Vec<f64> = (0..n).map(|i| a[i * n + i]).collect();
+    values.sort_by(f64::total_cmp);
+    values
+}
+
+/// What is known at the best point.
+pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives: &Derivatives) -> Identified {
+    let spec = model.spec;
+    let n = point.len();
+    let total = n + best.linear.len();
+    // Ranges in the units of the derivatives: of the box for the search; a colour cannot be more than all, a veil than the picture.
+    let range: Vec<f64> = (0..total)
+        .map(|i| match i.checked_sub(n).map(|k| &model.unknowns[k]) {
+            None => 1.0,
+            Some(u) => match u.kind {
+                UnknownKind::Colour(..) => (u.bounds[1] - u.bounds[0]).max(1e-9),
+                UnknownKind::Veil(p, c) => model.photographs[p].mean[c].max(1e-9),
+            },
+        })
+        .collect();
+    // What lies on a bound of its own does not answer to the others.
+    let held: Vec<bool> = (0..total)
+        .map(|i| {
+            i.checked_sub(n).is_some_and(|k| {
+                let [low, high] = model.unknowns[k].bounds;
+                best.linear[k] <= low + 1e-12 * (1.0 + low.abs()) || best.linear[k] >= high - 1e-12 * (1.0 + high.abs())
+            })
+        })
+        .collect();
+    let count: f64 = best.rows.iter().map(|(row, _)| row.weight).sum::<f64>() + best.fixed.len() as f64;
+    let chi2 = derivatives.residuals.iter().map(|r| r * r).sum::<f64>() / count.max(1.0);
+    let s2 = chi2.max(1.0);
+    let covariance = |keep: &dyn Fn(usize) -> bool| {
+        let mut gram = derivatives.gram(&range, keep);
+        for i in 0..total {
+            for j in 0..total {
+                if (held[i] || held[j]) && i != j {
+                    gram[i * total + j] = 0.0;
+                }
+            }
+            // s² (JᵀJ)⁻¹, and the bounds, whose knowledge no residual makes worse.
+            gram.iter_mut().skip(i * total).take(total).for_each(|v| *v /= s2);
+            gram[i * total + i] += 12.0;
+        }
+        inverse(&gram, total)
+    };
+    if total == 0 {
+        return Identified { chi2, condition: 1.0, residuals: count, ..Identified::default() };
+    }
+    let has_close_up = derivatives.close_up.contains(&true);
+    let Some(with) = covariance(&|_| true) else { return Identified { chi2, condition: f64::INFINITY, ..Identified::default() } };
+    let without = if has_close_up { covariance(&|k| !derivatives.close_up[k]) } else { None };
+    let known = (0..total)
+        .map(|i| {
+            let share = with[i * total + i].sqrt();
+            let share_without = without.as_ref().map(|w| w[i * total + i].sqrt());
+            let (name, value, bounds, width, kind) = match i.checked_sub(n) {
+                None => {
+                    let variable = &model.variables[i];
+                    let at = |u: f64| variable.at(spec, &model.unknowns, u);
+                    // A parameter that moves by factors is not as wide here as there.
+                    let (low, high) = ((point[i] - 0.005).max(0.0), (point[i] + 0.005).min(1.0));
+                    let local = (at(high) - at(low)) / (high - low);
+                    let kind = if matches!(variable, Variable::Parameter(_)) { "parameter" } else { "light" };
+                    (variable.name(spec, &model.unknowns), at(point[i]), [at(0.0), at(1.0)], local, kind)
+                }
+                Some(k) => {
+                    let u = &model.unknowns[k];
+                    let kind = if matches!(u.kind, UnknownKind::Veil(..)) { "veil" } else { "colour" };
+                    let bounds = if kind == "veil" { [0.0, range[i]] } else { u.bounds };
+                    (u.name.clone(), best.linear[k], bounds, range[i], kind)
+                }
+            };
+            let sigma = share * width;
+            let at_bound = match i.checked_sub(n) {
+                None => point[i] < AT_BOUND || point[i] > 1.0 - AT_BOUND,
+                Some(_) => held[i],
+            };
+            Known {
+                at_bound,
+                not_identified: share > NOT_IDENTIFIED,
+                weak: kind != "light" && kind != "veil" && sigma > WEAK * value.abs(),
+                sigma_without_close_up: share_without.map(|s| s * width),
+                from_close_up: share_without.is_some_and(|s| s > FROM_CLOSE_UP * share || (s > NOT_IDENTIFIED && share <= NOT_IDENTIFIED)),
+                range: bounds[1] - bounds[0],
+                name,
+                value,
+                sigma,
+                bounds,
+                kind,
+            }
+        })
+        .collect::<Vec<_>>();
+    let mut correlations = Vec::new();
+    for i in 0..total {
+        for j in 0..i {
+            let correlation = with[i * total + j] / (with[i * total + i] * with[j * total + j]).sqrt();
+            if correlation.abs() > CORRELATED {
+                correlations.push(Correlation { a: known[j].name.clone(), b: known[i].name.clone(), correlation });
+            }
+        }
+    }
+    correlations.sort_by(|a, b| b.correlation.abs().total_cmp(&a.correlation.abs()));
+    let values = eigenvalues(&derivatives.gram(&range, |_| true), total);
+    let (low, high) = (values[0].max(0.0), values[total - 1]);
+    let condition = if low > 0.0 { (high / low).sqrt() } else { f64::INFINITY };
+    Identified { known, correlations, condition, chi2, residuals: count }
+}
+
+/// The best objective that is found with one unknown held at some values.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Profile {
+    /// Which unknown.
+    pub name: String,
+    /// Values and objectives.
+    pub points: Vec<[f64; 2]>,
+}
+
+/// Values of a profile, in standard deviations.
+const PROFILE: [f64; 7] = [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0];
+/// Steps towards the least objective at each of them.
+const PROFILE_STEPS: usize = 2;
+
+/// Profiles of the `count` parameters that are known worst: each is held at values around the best one, and all others answer, by steps
+/// with the derivatives at the best point. The objective of a profile is never better than it could be; it may be worse.
+///
+/// # Errors
+/// Those of the model.
+pub fn profiles(
+    model: &Model<'_>,
+    point: &[f64],
+    best: &Evaluated,
+    (identified, derivatives): (&Identified, &Derivatives),
+    count: usize,
+    control: &Control<'_>,
+) -> Result<Vec<Profile>> {
+    let n = point.len();
+    let mut worst: Vec<usize> = (0..n).filter(|&i| matches!(model.variables[i], Variable::Parameter(_))).collect();
+    let share = |i: usize| identified.known.get(i).map_or(0.0, |k| k.sigma / k.range);
+    worst.sort_by(|&a, &b| share(b).total_cmp(&share(a)).then(a.cmp(&b)));
+    worst.truncate(count);
+    let tasks: Vec<(usize, f64)> = worst
+        .iter()
+        .flat_map(|&i| {
+            let sigma = share(i).clamp(0.003, 0.35);
+            let mut at: Vec<f64> = PROFILE.iter().map(|s| (point[i] + s * sigma).clamp(0.0, 1.0)).collect();
+            at.dedup();
+            at.into_iter().map(move |u| (i, u))
+        })
+        .collect();
+    let objectives = in_parallel(&tasks, |_, &(held, value)| {
+        let mut at = point.to_vec();
+        let mut now = best.clone();
+        let mut least = if value == point[held] { best.objective } else { f64::INFINITY };
+        let mut step = value - point[held];
+        for _ in 0..PROFILE_STEPS {
+            let weighted: Vec<f64> =
+                residuals(&now).iter().enumerate().map(|(k, r)| r * best.rows.get(k).map_or(1.0, |(row, _)| row.weight).sqrt()).collect();
+            let Some(answer) = derivatives.answer(held, step, &weighted) else { break };
+            for (i, u) in at.iter_mut().enumerate() {
+                *u = (*u + answer[i]).clamp(0.0, 1.0);
+            }
+            at[held] = value;
+            step = 0.0;
+            let Some(found) = model.evaluate(&at, control)? else { break };
+            least = least.min(found.objective);
+            now = found;
+        }
+        Ok(least)
+    })?;
+    let profile = |&i: &usize| {
+        let points = tasks.iter().zip(&objectives).filter(|((k, _), f)| *k == i && f.is_finite());
+        let points = points.map(|(&(_, u), &f)| [model.variables[i].at(model.spec, &model.unknowns, u), f]).collect();
+        Profile { name: model.variables[i].name(model.spec, &model.unknowns), points }
+    };
+    Ok(worst.iter().map(profile).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn eigenvalues_of_a_known_matrix() {
+        let values = eigenvalues(&[2.0, -1.0, 0.0, -1.0, 2.0, -1.0, 0.0, -1.0, 2.0], 3);
+        for (value, exact) in values.iter().zip([2.0 - 2.0_f64.sqrt(), 2.0, 2.0 + 2.0_f64.sqrt()]) {
+            assert!((value - exact).abs() < 1e-12, "{values:?}");
+        }
+    }
+
+    #[test]
+    fn the_answer_of_the_others_undoes_what_the_held_one_does() {
+        // Two unknowns that do the same: one step forward is answered by one back.
+        let rows = vec![vec![100.0, 100.0], vec![200.0, 200.0]];
+        let d = Derivatives { rows, close_up: vec![false; 2], residuals: vec![0.0; 2], variables: 2 };
+        let answer = d.answer(0, 0.1, &[0.0, 0.0]).unwrap();
+        assert!((answer[1] + 0.1).abs() < 1e-3 && answer[0] == 0.1, "{answer:?}");
+    }
+}

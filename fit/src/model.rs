@@ -1,0 +1,673 @@
+//! From a guess to residuals: the material with its numbers, its effective BRDF where the photographs need it, and the colours that fit best.
+
+use crate::cells::Cells;
+use crate::close_up::{self, CloseUp, Kind};
+use crate::linear::Normal;
+use crate::recipe::Recipe;
+use crate::spec::{Parameter, Spec};
+use biscale::brdf::Brdf;
+use biscale::direction::Pair;
+use biscale::error::{Error, Result};
+use biscale::filter::Control;
+use biscale::filter::frozen::{Frozen, LitFacet, Shares, Slot, SlotColour};
+use biscale::material::{Material, SmallScale, Surface, Tint};
+
+/// Residuals beyond this many standard deviations count linearly (Huber 1964).
+pub const HUBER: f64 = 2.5;
+/// Most rounds of reweighting, and the change of the objective that ends them.
+const ROUNDS: usize = 12;
+const SETTLED: f64 = 1e-7;
+/// Standard deviation of the veil, as a share of the mean radiance of its photograph.
+const VEIL_SIGMA: f64 = 0.02;
+/// Relative standard deviation of the light of a kind of pixels in the close-up: direct light only, and with reflections in between.
+const CLOSE_UP_LIGHT: [f64; 2] = [0.02, 0.03];
+/// The same of its tones, which the camera's blur changes as well; neighbours tell nearly the same.
+const CLOSE_UP_TONE: [f64; 2] = [0.04, 0.05];
+const TONE_WEIGHT: f64 = 0.5;
+/// Standard deviation of a cover in the close-up.
+const CLOSE_UP_COVER: f64 = 0.03;
+
+/// How fine a model is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Level {
+    /// Samples of the small-scale surface.
+    pub samples: u32,
+    /// Most cells of all distant photographs.
+    pub cells: usize,
+}
+
+/// What the search moves, one unknown in 0..1 each.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Variable {
+    /// A parameter of the fit file, by its place there.
+    Parameter(usize),
+    /// The light of a distant photograph: azimuth (0) or elevation (1), degrees.
+    Light {
+        /// Which photograph.
+        photograph: usize,
+        /// Which angle.
+        axis: usize,
+        /// Standard deviation, degrees; the bounds are [`LIGHT_REACH`] of them.
+        sigma: f64,
+    },
+    /// A linear unknown, in the mode that moves all together.
+    Linear(usize),
+}
+
+/// Bounds of a light's angles, in standard deviations.
+pub const LIGHT_REACH: f64 = 3.0;
+
+/// A linear unknown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unknown {
+    /// Its name, for people: `surface.warp.brdf.diffuse red`.
+    pub name: String,
+    /// What it is.
+    pub kind: UnknownKind,
+    /// Bounds.
+    pub bounds: [f64; 2],
+}
+
+/// What a linear unknown is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UnknownKind {
+    /// A colour of the fit file, by its place there; in one channel, or in all.
+    Colour(usize, Option<usize>),
+    /// The veil of a distant photograph in a channel.
+    Veil(usize, usize),
+}
+
+/// Light that was reflected more than once, as it was found for one state of the material: kept while the search moves.
+#[derive(Clone, Debug, Default)]
+pub struct Indirect {
+    /// For each distant photograph and cell its radiance over irradiance.
+    pub cells: Vec<Vec<[f64; 3]>>,
+    /// In the close-up, all kinds together.
+    pub close_up: [f64; 3],
+    /// For each kind of the close-up its share of that.
+    pub kinds: Vec<[f64; 3]>,
+}
+
+/// One equation, linear in the unknowns.
+#[derive(Clone, Debug, Default)]
+pub struct Row {
+    /// Coefficients.
+    pub terms: Vec<(usize, f64)>,
+    /// What the left side is beside them.
+    pub known: f64,
+    /// The right side.
+    pub value: f64,
+    /// Standard deviation.
+    pub sigma: f64,
+    /// How many residuals it counts for.
+    pub weight: f64,
+}
+
+/// Rows with their origins, and residuals that do not depend on the unknowns.
+type Equations = (Vec<(Row, Origin)>, Vec<f64>);
+
+/// Where a row comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// A cell of a distant photograph: photograph, cell, channel.
+    Cell(usize, usize, usize),
+    /// Light of a kind of the close-up.
+    CloseUp,
+    /// Something known beforehand.
+    Prior,
+}
+
+/// The model at one level.
+pub struct Model<'a> {
+    /// The question.
+    pub spec: &'a Spec,
+    /// Cells of the distant photographs.
+    pub photographs: &'a [Cells],
+    /// What the close-up says.
+    pub close_up: Option<&'a CloseUp>,
+    /// Which surface each kind of the close-up is.
+    pub choice: &'a [usize],
+    /// What the search moves.
+    pub variables: Vec<Variable>,
+    /// What is solved for.
+    pub unknowns: Vec<Unknown>,
+    /// What is added to direct light.
+    pub indirect: Option<&'a Indirect>,
+    frozen: Frozen,
+    samples: u32,
+    seed: u32,
+    opaque: bool,
+    slots: Vec<Slot>,
+}
+
+/// A guess evaluated.
+#[derive(Clone, Debug)]
+pub struct Evaluated {
+    /// The weighted mean of the squared residuals, Huber's: 1 is the noise.
+    pub objective: f64,
+    /// The unknowns.
+    pub linear: Vec<f64>,
+    /// All rows with their origins.
+    pub rows: Vec<(Row, Origin)>,
+    /// Residuals of what does not depend on the unknowns: covers and priors of parameters, in standard deviations.
+    pub fixed: Vec<f64>,
+}
+
+impl Evaluated {
+    /// The residual of a row in standard deviations.
+    pub fn residual(&self, row: &Row) -> f64 {
+        let sum: f64 = row.terms.iter().map(|&(i, a)| a * self.linear[i]).sum();
+        (sum + row.known - row.value) / row.sigma
+    }
+
+    /// The radiance that the model shows in the cells of a distant photograph.
+    pub fn predicted(&self, photograph: usize, cells: &Cells) -> Vec<[f64; 3]> {
+        let mut predicted = vec![[0.0; 3]; cells.cells.len()];
+        for (row, origin) in &self.rows {
+            if let Origin::Cell(p, cell, c) = *origin
+                && p == photograph
+            {
+                predicted[cell][c] = row.value + self.residual(row) * row.sigma;
+            }
+        }
+        predicted
+    }
+
+    /// Relative RMS difference from the distant photographs: see [`Cells::relative_rms`].
+    pub fn relative_rms(&self, photographs: &[Cells]) -> f64 {
+        let squares = photographs.iter().enumerate().map(|(p, cells)| cells.squares(&self.predicted(p, cells)));
+        let (difference, energy) = squares.fold((0.0, 0.0), |sum, s| (sum.0 + s.0, sum.1 + s.1));
+        if energy > 0.0 { (difference / energy).sqrt() } else { f64::INFINITY }
+    }
+}
+
+/// Twice Huber's loss of a residual: its square, or linear beyond [`HUBER`].
+fn huber(r: f64) -> f64 {
+    let a = r.abs();
+    if a <= HUBER { a * a } else { HUBER * (2.0 * a - HUBER) }
+}
+
+/// The unknowns of a fit, in the order of the file: colours by channel, then veils.
+pub fn unknowns(spec: &Spec, distant: usize) -> Vec<Unknown> {
+    const CHANNELS: [&str; 3] = ["red", "green", "blue"];
+    let mut unknowns = Vec::new();
+    for (k, colour) in spec.colours.iter().enumerate() {
+        if colour.grey {
+            unknowns.push(Unknown { name: colour.key.clone(), kind: UnknownKind::Colour(k, None), bounds: colour.bounds });
+        } else {
+            unknowns.extend((0..3).map(|c| Unknown {
+                name: format!("{} {}", colour.key, CHANNELS[c]),
+                kind: UnknownKind::Colour(k, Some(c)),
+                bounds: colour.bounds,
+            }));
+        }
+    }
+    if spec.veil {
+        for p in 0..distant {
+            unknowns.extend((0..3).map(|c| Unknown {
+                name: format!("veil {} {}", p + 1, CHANNELS[c]),
+                kind: UnknownKind::Veil(p, c),
+                bounds: [0.0, 1e9],
+            }));
+        }
+    }
+    unknowns
+}
+
+/// What the search moves: free parameters, then the lights of the distant photographs.
+pub fn variables(spec: &Spec) -> Vec<Variable> {
+    let parameters = spec.parameters.iter().enumerate().filter(|(_, p)| p.is_free()).map(|(k, _)| Variable::Parameter(k));
+    let lights = spec.of_role(crate::photograph::Role::Distant).enumerate().flat_map(|(photograph, p)| {
+        let sigma = p.light_sigma_deg;
+        (0..2).filter(move |_| sigma > 0.0).map(move |axis| Variable::Light { photograph, axis, sigma })
+    });
+    parameters.chain(lights).collect()
+}
+
+impl Variable {
+    /// Its value at a place between its bounds.
+    pub fn at(&self, spec: &Spec, unknowns: &[Unknown], unit: f64) -> f64 {
+        match self {
+            Self::Parameter(k) => spec.parameters[*k].at(unit),
+            Self::Light { sigma, .. } => LIGHT_REACH * sigma * (2.0 * unit - 1.0),
+            Self::Linear(k) => unknowns[*k].bounds[0] + unit * (unknowns[*k].bounds[1].min(1.0) - unknowns[*k].bounds[0]),
+        }
+    }
+
+    /// Its name, for people.
+    pub fn name(&self, spec: &Spec, unknowns: &[Unknown]) -> String {
+        match self {
+            Self::Parameter(k) => spec.parameters[*k].key.clone(),
+            Self::Light { photograph, axis, .. } => format!("light {} {}", photograph + 1, ["azimuth_deg", "elevation_deg"][*axis]),
+            Self::Linear(k) => unknowns[*k].name.clone(),
+        }
+    }
+
+    /// Width of its bounds.
+    pub fn range(&self, spec: &Spec, unknowns: &[Unknown]) -> f64 {
+        self.at(spec, unknowns, 1.0) - self.at(spec, unknowns, 0.0)
+    }
+}
+
+/// Writes the values of parameters into a recipe.
+pub fn write(recipe: &mut Recipe, parameters: &[Parameter], values: &[f64]) {
+    for (parameter, &value) in parameters.iter().zip(values) {
+        recipe.set(&parameter.place, value);
+        parameter.same.iter().for_each(|place| recipe.set(place, value));
+        if let Some((place, sum)) = &parameter.rest {
+            recipe.set(place, sum - value);
+        }
+    }
+}
+
+impl<'a> Model<'a> {
+    /// At a level, with samples drawn on the surface of the parameters `values`.
+    ///
+    /// # Errors
+    /// Bad input if these make no surface.
+    #[expect(clippy::too_many_arguments, reason = "what a model is made of")]
+    pub fn new(
+        spec: &'a Spec,
+        photographs: &'a [Cells],
+        close_up: Option<&'a CloseUp>,
+        choice: &'a [usize],
+        indirect: Option<&'a Indirect>,
+        samples: u32,
+        seed: u32,
+        values: &[f64],
+        opaque: bool,
+        control: &Control<'_>,
+    ) -> Result<Self> {
+        let mut recipe = spec.recipe.clone();
+        write(&mut recipe, &spec.parameters, values);
+        let small = recipe.material()?.build()?;
+        let slots = slots(&spec.material.surfaces);
+        let mut pairs: Vec<Pair> = photographs.iter().flat_map(|cells| cells.pairs([0.0; 2])).collect();
+        pairs.extend(close_up.and_then(|c| c.pair));
+        Ok(Self {
+            spec,
+            photographs,
+            close_up,
+            choice,
+            variables: variables(spec),
+            unknowns: unknowns(spec, photographs.len()),
+            indirect,
+            frozen: Frozen::new(&small, samples, seed, &pairs, control)?,
+            samples,
+            seed,
+            opaque,
+            slots,
+        })
+    }
+
+    /// Lets the search move the colours, too.
+    pub fn move_colours(&mut self) {
+        let colours = (0..self.unknowns.len()).filter(|&k| matches!(self.unknowns[k].kind, UnknownKind::Colour(..)));
+        self.variables.extend(colours.map(Variable::Linear));
+    }
+
+    /// How many residuals [`Evaluated::fixed`] begins with that come from the close-up.
+    pub fn covers(&self) -> usize {
+        match self.close_up {
+            Some(c) if c.pair.is_some() && c.tells_surfaces_apart(self.spec.material.surfaces.len()) => c.kinds.len(),
+            _ => 0,
+        }
+    }
+
+    /// The parameters' values, and the lights' angles, at a point of the unit box.
+    pub fn state(&self, point: &[f64]) -> State {
+        let mut values: Vec<f64> = self.spec.parameters.iter().map(|p| if p.is_free() { p.start } else { p.bounds[0] }).collect();
+        let mut lights = vec![[0.0; 2]; self.photographs.len()];
+        let mut linear = Vec::new();
+        for (variable, &unit) in self.variables.iter().zip(point) {
+            let value = variable.at(self.spec, &self.unknowns, unit);
+            match variable {
+                Variable::Parameter(k) => values[*k] = value,
+                Variable::Light { photograph, axis, .. } => lights[*photograph][*axis] = value,
+                Variable::Linear(k) => linear.push((*k, value)),
+            }
+        }
+        State { values, lights, linear }
+    }
+
+    /// The material at a state, its colours those of the start material.
+    ///
+    /// # Errors
+    /// Bad input if the numbers make no surface.
+    pub fn material(&self, state: &State) -> Result<Material> {
+        let mut recipe = self.spec.recipe.clone();
+        write(&mut recipe, &self.spec.parameters, &state.values);
+        recipe.material()
+    }
+
+    /// The objective at a point of the unit box; infinite where the numbers make no surface, or nothing finite comes out.
+    ///
+    /// # Errors
+    /// `Interrupted`, and failures that are no matter of the point.
+    pub fn objective(&self, point: &[f64], control: &Control<'_>) -> Result<f64> {
+        Ok(self.evaluate(point, control)?.map_or(f64::INFINITY, |e| if e.objective.is_finite() { e.objective } else { f64::INFINITY }))
+    }
+
+    /// Evaluates a point of the unit box; `None` where the numbers make no surface.
+    ///
+    /// # Errors
+    /// As [`Self::objective`].
+    pub fn evaluate(&self, point: &[f64], control: &Control<'_>) -> Result<Option<Evaluated>> {
+        self.evaluate_with(point, None, control)
+    }
+
+    /// As [`Self::evaluate`], with the linear unknowns held at `linear` if these are given.
+    ///
+    /// # Errors
+    /// As [`Self::objective`].
+    pub fn evaluate_with(&self, point: &[f64], linear: Option<&[f64]>, control: &Control<'_>) -> Result<Option<Evaluated>> {
+        control.check()?;
+        let state = self.state(point);
+        let small = match self.material(&state).and_then(|m| m.build()) {
+            Ok(small) => small,
+            Err(Error::BadInput(_)) => return Ok(None),
+            Err(error) => return Err(error),
+        };
+        let (mut lower, mut upper): (Vec<f64>, Vec<f64>) = self.unknowns.iter().map(|u| (u.bounds[0], u.bounds[1])).unzip();
+        for &(k, value) in &state.linear {
+            (lower[k], upper[k]) = (value, value);
+        }
+        if let Some(held) = linear {
+            lower.clone_from_slice(held);
+            upper.clone_from_slice(held);
+        }
+        let looked = self.look(&state, &small, control)?;
+        // Which facets of the close-up are the brightest depends on the colours: those of the start first, then those that are found with them.
+        let guess = linear.map_or_else(|| self.start_colours(&small), <[f64]>::to_vec);
+        let (rows, fixed) = self.equations(&state, &small, &looked, &guess);
+        let first = solve(rows, fixed, &lower, &upper);
+        if linear.is_some() || looked.lit.is_empty() {
+            return Ok(Some(first));
+        }
+        let (rows, fixed) = self.equations(&state, &small, &looked, &first.linear);
+        Ok(Some(solve(rows, fixed, &lower, &upper)))
+    }
+
+    /// The unknowns as the start material has them.
+    fn start_colours(&self, small: &SmallScale) -> Vec<f64> {
+        let value = |u: &Unknown| match u.kind {
+            UnknownKind::Colour(k, c) => colour_of(small, self.spec.colours[k].slot)[c.unwrap_or(1)].clamp(u.bounds[0], u.bounds[1]),
+            UnknownKind::Veil(..) => 0.0,
+        };
+        self.unknowns.iter().map(value).collect()
+    }
+
+    /// Looks at the surface in all pairs that the photographs need.
+    fn look(&self, state: &State, small: &SmallScale, control: &Control<'_>) -> Result<Looked> {
+        let mut pairs: Vec<Pair> = Vec::new();
+        for (cells, light) in self.photographs.iter().zip(&state.lights) {
+            pairs.extend(cells.pairs(*light));
+        }
+        let near = self.close_up.and_then(|c| c.pair);
+        pairs.extend(near);
+        // A surface of other triangles gets samples of its own.
+        let fresh;
+        let frozen = if self.frozen.fits(small) {
+            &self.frozen
+        } else {
+            fresh = Frozen::new(small, self.samples, self.seed, &pairs, control)?;
+            &fresh
+        };
+        let placed = frozen.on(small, control)?;
+        let shares = placed.shares(&pairs, &self.slots)?;
+        let lit = near.map(|pair| placed.lit(pair)).transpose()?.unwrap_or_default();
+        Ok(Looked { shares, lit })
+    }
+
+    /// The equations of a state, and the residuals that are none; `guess` are the unknowns, about.
+    fn equations(&self, state: &State, small: &SmallScale, looked: &Looked, guess: &[f64]) -> Equations {
+        let shares = &looked.shares;
+        let mut rows = Vec::new();
+        let mut first = 0;
+        for (p, cells) in self.photographs.iter().enumerate() {
+            for (k, cell) in cells.cells.iter().enumerate() {
+                let at = first + k;
+                // Over a surface without gaps the area that samples show stands for the cosine: they share their noise.
+                let factor = if self.opaque && shares.av[at] > 0.0 { cell.wo.z / shares.av[at] } else { 1.0 } * cell.inverse_cosine;
+                for c in 0..3 {
+                    let scale = cell.irradiance[c] * factor;
+                    let (mut terms, mut known) = self.terms(|slot| scale * shares.s[slot][at][c], c, small, None);
+                    if let Some(indirect) = self.indirect {
+                        known += cell.irradiance[c] * indirect.cells[p][k][c];
+                    }
+                    if let Some(veil) = self.unknowns.iter().position(|u| u.kind == UnknownKind::Veil(p, c)) {
+                        terms.push((veil, 1.0));
+                    }
+                    let row = Row { terms, known, value: cell.mean[c], sigma: cell.sigma[c], weight: cell.weight };
+                    rows.push((row, Origin::Cell(p, k, c)));
+                }
+            }
+            first += cells.cells.len();
+        }
+        let mut fixed = Vec::new();
+        if let Some((close_up, pair)) = self.close_up.and_then(|c| Some((c, c.pair?))) {
+            let near = Near { close_up, pair, at: first, looked, guess };
+            self.close_up_rows(&near, small, &mut rows, &mut fixed);
+        }
+        self.priors(state, &mut rows, &mut fixed);
+        (rows, fixed)
+    }
+
+    /// Coefficients of the unknowns in light of which `share` is the part of each slot in a channel, and what is known of it; of one surface
+    /// only, or of all.
+    fn terms(&self, share: impl Fn(usize) -> f64, channel: usize, small: &SmallScale, only: Option<usize>) -> (Vec<(usize, f64)>, f64) {
+        let (mut terms, mut known) = (Vec::new(), 0.0);
+        for (place, slot) in self.slots.iter().enumerate() {
+            if only.is_some_and(|surface| surface != slot.surface) {
+                continue;
+            }
+            let share = share(place);
+            match self.unknown(*slot, channel) {
+                Some(k) => terms.push((k, share)),
+                None => known += share * colour_of(small, *slot)[channel],
+            }
+        }
+        (terms, known)
+    }
+
+    /// The unknown that a slot's colour is in a channel.
+    fn unknown(&self, slot: Slot, channel: usize) -> Option<usize> {
+        self.unknowns.iter().position(|u| match u.kind {
+            UnknownKind::Colour(k, c) => self.spec.colours[k].slot == slot && c.is_none_or(|c| c == channel),
+            UnknownKind::Veil(..) => false,
+        })
+    }
+
+    /// Light, tones and cover of the kinds of the close-up.
+    fn close_up_rows(&self, near: &Near<'_>, small: &SmallScale, rows: &mut Vec<(Row, Origin)>, fixed: &mut Vec<f64>) {
+        let Near { close_up, pair, at, looked, .. } = *near;
+        let apart = close_up.tells_surfaces_apart(small.surfaces.len());
+        let between = usize::from(self.indirect.is_some());
+        let facets = self.bright_facets(near, small);
+        for (k, kind) in close_up.kinds.iter().enumerate() {
+            let only = apart.then(|| self.choice[k]);
+            let extra = |c: usize| match self.indirect {
+                Some(indirect) => close_up.irradiance[c] * if apart { indirect.kinds[k][c] } else { indirect.close_up[c] },
+                None => 0.0,
+            };
+            let own: Vec<&LitFacet> = facets.iter().filter(|f| only.is_none_or(|s| f.surface == s)).copied().collect();
+            if apart {
+                fixed.push((own.iter().map(|f| f.area).sum::<f64>() / pair.wo.z - kind.cover) / CLOSE_UP_COVER);
+            }
+            if !close_up.exposure_known {
+                continue;
+            }
+            for c in 0..3 {
+                let scale = close_up.irradiance[c] / pair.wo.z;
+                let (terms, known) = self.terms(|slot| scale * looked.shares.s[slot][at][c], c, small, only);
+                let sigma = CLOSE_UP_LIGHT[between] * spread(kind.light, c);
+                rows.push((Row { terms, known: known + extra(c), value: kind.light[c], sigma, weight: 1.0 }, Origin::CloseUp));
+            }
+            self.tone_rows(kind, &own, |c| (close_up.irradiance[c], extra(c) / kind.cover.max(0.05)), small, only, rows);
+        }
+    }
+
+    /// What is seen and lit in the close-up, without what is dark, the darkest first.
+    fn bright_facets<'f>(&self, near: &Near<'f>, small: &SmallScale) -> Vec<&'f LitFacet> {
+        let irradiance = near.close_up.irradiance;
+        let colours: Vec<[f64; 3]> = (self.slots.iter())
+            .map(|slot| std::array::from_fn(|c| self.unknown(*slot, c).map_or_else(|| colour_of(small, *slot)[c], |k| near.guess[k])))
+            .collect();
+        // Slots come surface by surface.
+        let first: Vec<usize> =
+            (0..small.surfaces.len()).map(|s| self.slots.iter().position(|slot| slot.surface == s).unwrap_or(0)).collect();
+        let brightness = |f: &LitFacet| {
+            let slots = self.slots[first[f.surface]..].iter().take_while(|slot| slot.surface == f.surface).count();
+            let of = |k: usize| (0..3).map(|c| irradiance[c] * f.shares[k][c] * colours[first[f.surface] + k][c]).sum::<f64>();
+            (0..slots).map(of).sum::<f64>()
+        };
+        let mut facets: Vec<(f64, &LitFacet)> = near.looked.lit.iter().map(|f| (brightness(f), f)).collect();
+        facets.sort_by(|a, b| a.0.total_cmp(&b.0));
+        // A tenth of the picture is brighter than this; what is not lit counts as well.
+        let (mut above, mut bright) = (0.1 * near.pair.wo.z, 0.0);
+        for (value, f) in facets.iter().rev() {
+            bright = *value;
+            above -= f.area;
+            if above <= 0.0 {
+                break;
+            }
+        }
+        let dark = facets.partition_point(|(value, _)| *value <= close_up::DARK * bright);
+        facets[dark..].iter().map(|(_, f)| *f).collect()
+    }
+
+    /// The tones of a kind, whose facets are `own`; `light` gives the irradiance and what is added in a channel.
+    fn tone_rows(
+        &self,
+        kind: &Kind,
+        own: &[&LitFacet],
+        light: impl Fn(usize) -> (f64, f64),
+        small: &SmallScale,
+        only: Option<usize>,
+        rows: &mut Vec<(Row, Origin)>,
+    ) {
+        if kind.tones.is_empty() || own.is_empty() {
+            return;
+        }
+        let sigma = CLOSE_UP_TONE[usize::from(self.indirect.is_some())];
+        // For each slot the tones of its share.
+        let mut first = 0;
+        let shares: Vec<Vec<[f64; 3]>> = (0..self.slots.len())
+            .map(|k| {
+                if k > 0 && self.slots[k].surface != self.slots[k - 1].surface {
+                    first = k;
+                }
+                let surface = self.slots[k].surface;
+                close_up::tones(own.iter().map(|f| (f.area, if f.surface == surface { f.shares[k - first] } else { [0.0; 3] })))
+            })
+            .collect();
+        for (b, tone) in kind.tones.iter().enumerate() {
+            for c in 0..3 {
+                let (irradiance, extra) = light(c);
+                let (terms, known) = self.terms(|slot| irradiance * shares[slot][b][c], c, small, only);
+                let sigma = sigma * spread(*tone, c);
+                rows.push((Row { terms, known: known + extra, value: tone[c], sigma, weight: TONE_WEIGHT }, Origin::CloseUp));
+            }
+        }
+    }
+
+    fn priors(&self, state: &State, rows: &mut Vec<(Row, Origin)>, fixed: &mut Vec<f64>) {
+        for (parameter, value) in self.spec.parameters.iter().zip(&state.values) {
+            if let Some([mean, sigma]) = parameter.prior {
+                fixed.push((value - mean) / sigma);
+            }
+        }
+        for variable in &self.variables {
+            if let Variable::Light { photograph, axis, sigma } = variable {
+                fixed.push(state.lights[*photograph][*axis] / sigma);
+            }
+        }
+        for (k, unknown) in self.unknowns.iter().enumerate() {
+            if let UnknownKind::Veil(p, c) = unknown.kind {
+                let sigma = (VEIL_SIGMA * self.photographs[p].mean[c]).max(1e-12);
+                rows.push((Row { terms: vec![(k, 1.0)], known: 0.0, value: 0.0, sigma, weight: 1.0 }, Origin::Prior));
+            }
+        }
+    }
+}
+
+/// The size that a channel's standard deviation is a share of: one that is nearly dark is not known to a share of itself.
+fn spread(colour: [f64; 3], channel: usize) -> f64 {
+    let whole = colour.iter().copied().fold(0.0, f64::max);
+    colour[channel].hypot(0.3 * whole).max(1e-9)
+}
+
+/// The surface as the photographs need it.
+struct Looked {
+    shares: Shares,
+    /// What the close-up shows.
+    lit: Vec<LitFacet>,
+}
+
+/// The close-up, beside the surface.
+struct Near<'a> {
+    close_up: &'a CloseUp,
+    pair: Pair,
+    /// Place of the pair in the shares.
+    at: usize,
+    looked: &'a Looked,
+    guess: &'a [f64],
+}
+
+/// A point of the search in its own units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct State {
+    /// Values of all parameters of the fit file.
+    pub values: Vec<f64>,
+    /// Azimuth and elevation of the light of each distant photograph against what was given, degrees.
+    pub lights: Vec<[f64; 2]>,
+    /// Linear unknowns that the search moves.
+    pub linear: Vec<(usize, f64)>,
+}
+
+/// All colours that light is proportional to.
+pub fn slots(surfaces: &[Surface]) -> Vec<Slot> {
+    let of = |(surface, s): (usize, &Surface)| Slot::of(&s.brdf).iter().map(move |&colour| Slot { surface, colour }).collect::<Vec<_>>();
+    surfaces.iter().enumerate().flat_map(of).collect()
+}
+
+/// The colour of a slot as the material has it.
+pub fn colour_of(small: &SmallScale, slot: Slot) -> [f64; 3] {
+    let surface = &small.surfaces[slot.surface];
+    match (&surface.brdf, slot.colour) {
+        (Brdf::Lambert { albedo }, _) => *albedo,
+        (Brdf::BlinnPhong { diffuse, .. } | Brdf::CookTorrance { diffuse, .. } | Brdf::Ward { diffuse, .. }, SlotColour::Diffuse) => {
+            *diffuse
+        }
+        (Brdf::BlinnPhong { specular, .. } | Brdf::CookTorrance { specular, .. } | Brdf::Ward { specular, .. }, _) => *specular,
+        (Brdf::Measured(_), _) => match surface.tint {
+            Tint::Uniform(tint) => tint,
+            Tint::Image(_) => [1.0; 3],
+        },
+    }
+}
+
+/// The unknowns that make Huber's loss of the rows least, by reweighted least squares.
+fn solve(rows: Vec<(Row, Origin)>, fixed: Vec<f64>, lower: &[f64], upper: &[f64]) -> Evaluated {
+    let count = (rows.iter().map(|(row, _)| row.weight).sum::<f64>() + fixed.len() as f64).max(1e-9);
+    let constant: f64 = fixed.iter().map(|&r| huber(r)).sum();
+    let mut best = Evaluated { objective: f64::INFINITY, linear: vec![0.0; lower.len()], rows, fixed };
+    let mut weights = vec![1.0; best.rows.len()];
+    for _ in 0..ROUNDS {
+        let mut normal = Normal::new(lower.len());
+        for ((row, _), w) in best.rows.iter().zip(&weights) {
+            normal.add(&row.terms, row.value - row.known, w * row.weight / (row.sigma * row.sigma));
+        }
+        best.linear = normal.solve(lower, upper);
+        let residuals: Vec<f64> = best.rows.iter().map(|(row, _)| best.residual(row)).collect();
+        let sum: f64 = residuals.iter().zip(&best.rows).map(|(&r, (row, _))| row.weight * huber(r)).sum();
+        let objective = (sum + constant) / count;
+        let settled = (best.objective - objective).abs() <= SETTLED * objective;
+        best.objective = objective;
+        if settled || residuals.iter().all(|r| r.abs() <= HUBER) && weights.iter().all(|&w| w == 1.0) {
+            break;
+        }
+        weights = residuals.iter().map(|r| if r.abs() <= HUBER { 1.0 } else { HUBER / r.abs() }).collect();
+    }
+    best
+}

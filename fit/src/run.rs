@@ -1,0 +1,849 @@
+//! The whole fit: photographs in, material out, with all that says how far to trust it.
+
+use crate::cells::{Cells, Sight, scene_of, sights, turned};
+use crate::close_up::CloseUp;
+use crate::identify::{self, Identified, Profile};
+use crate::indirect::indirect;
+use crate::model::{self, Indirect, Level, Model, State, Unknown, UnknownKind};
+use crate::optimise::{Limits, Optimiser};
+use crate::photograph::{Photograph, Role};
+use crate::picture::{self, Picture};
+use crate::recipe::Recipe;
+use crate::search::{self, APART, Entry, Memory, Shared, Stage, Start, Task, in_parallel};
+use crate::spec::Spec;
+use crate::validate::{self, Validation, verdict};
+use biscale::error::{Error, Result};
+use biscale::filter::Control;
+use biscale::filter::frozen::{Frozen, Slot};
+use biscale::geometry::{Geometry, Tile};
+use biscale::material::{Material, SmallScale};
+use biscale::render::coverage::Coverage;
+use biscale::render::world::World;
+use serde::Serialize;
+
+/// The model while all starts explore.
+pub const COARSE: Level = Level { samples: 1024, cells: 48 };
+/// The model that the best of them refine.
+pub const FINE: Level = Level { samples: 2048, cells: 144 };
+/// Samples of the last look.
+pub const POLISH_SAMPLES: u32 = 4096;
+/// Starts that are refined.
+const REFINED: usize = 3;
+/// Profiles that are made.
+const PROFILES: usize = 3;
+/// Largest difference of the objective of two minima that are equally good, as a share of the better one.
+const EQUALLY_GOOD: f64 = 0.05;
+
+/// What the caller wants.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// Which optimiser.
+    pub optimiser: Optimiser,
+    /// Number of starts.
+    pub starts: usize,
+    /// Whether colours move with everything else, and are not solved for.
+    pub joint: bool,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Seconds after which the search ends with the best so far.
+    pub time_limit: Option<f64>,
+    /// How closely the search looks.
+    pub effort: Effort,
+}
+
+/// How closely a search looks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Effort {
+    /// Tolerances of the coarse and of the fine search, in coordinates of the unit box.
+    pub size: [f64; 2],
+    /// The same of the objective.
+    pub cost: [f64; 2],
+    /// Whether starts explore a coarse model first.
+    pub coarse_first: bool,
+}
+
+impl Default for Effort {
+    fn default() -> Self {
+        Self { size: [0.02, 0.004], cost: [0.02, 0.002], coarse_first: true }
+    }
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { optimiser: Optimiser::default(), starts: 8, joint: false, seed: 0, time_limit: None, effort: Effort::default() }
+    }
+}
+
+/// A photograph beside the fitted material, as the same camera would see it.
+#[derive(Clone, Debug)]
+pub struct Compared {
+    /// Which photograph of the fit file.
+    pub photograph: Photograph,
+    /// The material.
+    pub picture: Picture,
+    /// Pixels that are compared.
+    pub used: Vec<u32>,
+    /// Relative RMS difference over the cells of directions.
+    pub relative_rms: f64,
+    /// The same over single pixels.
+    pub pixel_relative_rms: f64,
+    /// Mean ΔE ITP.
+    pub delta_e_itp: f64,
+}
+
+/// What the fit found.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// The start material with the numbers that were found.
+    pub recipe: Recipe,
+    /// The same, read.
+    pub material: Material,
+    /// All unknowns, how well they are known, and what is mixed up.
+    pub identified: Identified,
+    /// Profiles of the parameters that are known worst.
+    pub profiles: Vec<Profile>,
+    /// Mean squared residual, Huber's; 1 is the noise.
+    pub objective: f64,
+    /// Relative RMS difference over the cells of the distant photographs.
+    pub training: f64,
+    /// The starts, those that were refined with their last state, best first.
+    pub starts: Vec<Start>,
+    /// Other minima as good as the best one.
+    pub several: Vec<Vec<(String, f64)>>,
+    /// Every evaluation.
+    pub trace: Vec<Entry>,
+    /// Names of the coordinates of a point of the trace.
+    pub coordinates: Vec<String>,
+    /// Values of all variables at a point of the trace.
+    pub best: Vec<f64>,
+    /// What the close-up says.
+    pub close_up: Option<CloseUp>,
+    /// Cells of the distant photographs.
+    pub cells: Vec<Cells>,
+    /// Distant photographs beside the fitted material.
+    pub compared: Vec<Compared>,
+    /// Held-out photographs beside it.
+    pub validations: Vec<(Validation, Compared)>,
+    /// What ended the search early, if anything.
+    pub ended_early: Option<Early>,
+    /// Name and seconds of each part of the work.
+    pub seconds: Vec<(&'static str, f64)>,
+    /// What the user should know.
+    pub notes: Vec<String>,
+    /// Whether the fit is to be believed: see [`Outcome::failures`].
+    pub failures: Vec<String>,
+}
+
+/// What ended a search early.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Early {
+    /// The user.
+    Interrupted,
+    /// The time limit.
+    TimeLimit,
+}
+
+/// The best guess so far, as told to the caller.
+pub struct Better<'a> {
+    /// Which part of the search.
+    pub stage: Stage,
+    /// The objective.
+    pub objective: f64,
+    /// Where it is, with the model that it was found by.
+    pub point: &'a [f64],
+    /// The model.
+    pub model: &'a Model<'a>,
+    /// The photographs that are fitted.
+    pub photographs: &'a [&'a Photograph],
+}
+
+impl Better<'_> {
+    /// What the model shows of a distant photograph: each pixel of a cell has that cell's radiance; `None` for the other pixels.
+    ///
+    /// # Errors
+    /// Those of the model.
+    pub fn picture(&self, photograph: usize, control: &Control<'_>) -> Result<Option<Vec<[f32; 3]>>> {
+        let Some(evaluated) = self.model.evaluate(self.point, control)? else { return Ok(None) };
+        let image = &self.photographs[photograph].image;
+        let cells = &self.model.photographs[photograph];
+        let mut rgb = vec![[f32::NAN; 3]; image.rgb.len()];
+        for (members, value) in cells.members.iter().zip(evaluated.predicted(photograph, cells)) {
+            for &pixel in members {
+                #[expect(clippy::cast_possible_truncation, reason = "pictures are in f32")]
+                {
+                    rgb[pixel as usize] = value.map(|v| v as f32);
+                }
+            }
+        }
+        Ok(Some(rgb))
+    }
+}
+
+/// What does not change while the search runs.
+struct Prepared<'a> {
+    spec: &'a Spec,
+    distant: Vec<&'a Photograph>,
+    coarse: Vec<Cells>,
+    fine: Vec<Cells>,
+    close_up: Option<CloseUp>,
+    opaque: bool,
+    start: SmallScale,
+    notes: Vec<String>,
+}
+
+/// Where the photographs of a fit file can be used, without a search: what `check` says.
+#[derive(Clone, Debug, Serialize)]
+pub struct Survey {
+    /// For each distant photograph its file, the pixels that can be used, and the cells of the fine model.
+    pub distant: Vec<(String, usize, usize)>,
+    /// What the close-up says.
+    pub close_up: Option<CloseUp>,
+    /// Names of what the search moves.
+    pub variables: Vec<String>,
+    /// Names of what is solved for.
+    pub unknowns: Vec<String>,
+    /// What the user should know.
+    pub notes: Vec<String>,
+}
+
+/// Looks at all that a fit file names.
+///
+/// # Errors
+/// Bad input; `Interrupted`.
+pub fn survey(spec: &Spec, control: &Control<'_>) -> Result<Survey> {
+    let prepared = Prepared::new(spec, control)?;
+    let unknowns = model::unknowns(spec, prepared.distant.len());
+    Ok(Survey {
+        distant: prepared
+            .distant
+            .iter()
+            .zip(&prepared.fine)
+            .map(|(p, c)| (p.file.display().to_string(), c.pixels, c.cells.len()))
+            .collect(),
+        variables: model::variables(spec).iter().map(|v| v.name(spec, &unknowns)).collect(),
+        unknowns: unknowns.into_iter().map(|u| u.name).collect(),
+        close_up: prepared.close_up,
+        notes: prepared.notes,
+    })
+}
+
+impl<'a> Prepared<'a> {
+    fn new(spec: &'a Spec, control: &Control<'_>) -> Result<Self> {
+        let start = spec.material.build()?;
+        let opaque = is_opaque(&spec.material, &start.tile, control)?;
+        let mut notes = spec.notes.clone();
+        for photograph in &spec.photographs {
+            let name = photograph.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            notes.extend(photograph.image.notes.iter().map(|n| format!("{name}: {n}")));
+            if !photograph.exposure_known {
+                notes.push(format!("{name}: its irradiance is not known and was taken as given: all colours share an unknown factor"));
+            }
+        }
+        let distant: Vec<&Photograph> = spec.of_role(Role::Distant).collect();
+        let (mut coarse, mut fine) = (Vec::new(), Vec::new());
+        for photograph in &distant {
+            let sights = look(photograph, spec, &start);
+            coarse.push(Cells::new(photograph, &sights, (COARSE.cells / distant.len()).max(8))?);
+            fine.push(Cells::new(photograph, &sights, (FINE.cells / distant.len()).max(8))?);
+            control.check()?;
+        }
+        let colours: Vec<[f64; 3]> = (0..start.surfaces.len()).map(|s| surface_colour(&start, s)).collect();
+        let close_up = spec.of_role(Role::CloseUp).next().map(|p| CloseUp::new(p, &look(p, spec, &start), &start, &colours));
+        match &close_up {
+            Some(found) => notes.extend(found.notes.iter().map(|n| format!("close-up: {n}"))),
+            None => notes.push(
+                "there is no close-up: from afar cover times colour is all that shows, and single colours are not to be trusted".to_owned(),
+            ),
+        }
+        Ok(Self { spec, distant, coarse, fine, close_up, opaque, start, notes })
+    }
+
+    fn choices(&self) -> Vec<Vec<usize>> {
+        let default = || vec![(0..self.start.surfaces.len()).collect()];
+        self.close_up.as_ref().map(|c| c.choices.clone()).filter(|c| !c.is_empty()).unwrap_or_else(default)
+    }
+}
+
+fn look(photograph: &Photograph, spec: &Spec, start: &SmallScale) -> Vec<Sight> {
+    let scene = scene_of(photograph, &spec.material, start);
+    sights(&World::opaque(&scene), photograph)
+}
+
+/// Whether no light passes the surface. Cloth always counts as open: its gaps may close and open while it moves.
+fn is_opaque(material: &Material, tile: &Tile, control: &Control<'_>) -> Result<bool> {
+    if matches!(material.geometry, Geometry::Weave(_)) {
+        return Ok(false);
+    }
+    Ok(Coverage::of(tile, control)?.is_opaque())
+}
+
+/// What one surface looks like on the whole: its colours added up.
+fn surface_colour(small: &SmallScale, surface: usize) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for &colour in Slot::of(&small.surfaces[surface].brdf) {
+        let c = model::colour_of(small, Slot { surface, colour });
+        (0..3).for_each(|k| sum[k] += c[k]);
+    }
+    sum
+}
+
+/// Seconds of the parts of the work.
+struct Stopwatch<'a> {
+    control: &'a Control<'a>,
+    last: f64,
+    parts: Vec<(&'static str, f64)>,
+}
+
+impl Stopwatch<'_> {
+    fn lap(&mut self, name: &'static str) {
+        let now = (self.control.clock)();
+        self.parts.push((name, now - self.last));
+        self.last = now;
+    }
+}
+
+/// Fits.
+///
+/// The same fit file, options and seed give the same result at any thread count, unless the time limit or the user ends the search. With
+/// `memory`, the evaluations of an earlier run of the same fit, the search goes on where that one ended.
+///
+/// # Errors
+/// Bad input; failures of the filter. Not `Interrupted` once the search has evaluated anything: then the outcome is the best so far.
+pub fn fit(
+    spec: &Spec,
+    options: &Options,
+    memory: &Memory,
+    better: &(dyn Fn(&Better<'_>) + Sync),
+    control: &Control<'_>,
+) -> Result<Outcome> {
+    let mut watch = Stopwatch { control, last: (control.clock)(), parts: Vec::new() };
+    let deadline = options.time_limit.map(|t| (control.clock)() + t);
+    (control.progress)("photographs", 0.0);
+    let prepared = Prepared::new(spec, control)?;
+    watch.lap("photographs");
+    let told = |entry: &Entry, model: &Model<'_>| {
+        let Entry { stage, objective, point, .. } = entry;
+        better(&Better { stage: *stage, objective: *objective, point, model, photographs: &prepared.distant });
+    };
+    let shared = Shared::new(control, deadline, memory, &told);
+    let found = Search { prepared: &prepared, options, shared: &shared }.run(&mut watch)?;
+    finish(&prepared, options, &shared, found, watch)
+}
+
+struct Search<'a> {
+    prepared: &'a Prepared<'a>,
+    options: &'a Options,
+    shared: &'a Shared<'a>,
+}
+
+/// What the search leaves.
+struct Searched {
+    /// The starts, best first; only the first ones were refined.
+    starts: Vec<Start>,
+    /// How many were.
+    refined: usize,
+    /// What was added to direct light at last.
+    indirect: Option<Indirect>,
+}
+
+impl Search<'_> {
+    /// The model of one start.
+    fn model<'m>(
+        &'m self,
+        cells: &'m [Cells],
+        samples: u32,
+        start: &Start,
+        indirect: Option<&'m Indirect>,
+        choices: &'m [Vec<usize>],
+    ) -> Result<Model<'m>> {
+        model_of(self.prepared, self.options, cells, samples, start, indirect, &choices[start.choice], self.shared.control)
+    }
+
+    fn limits(&self, stage: Stage, dimensions: usize) -> (Limits, f64) {
+        let effort = self.options.effort;
+        let (k, step, evaluations, confirm) = match stage {
+            Stage::Explore => (0, 0.2, 60 + 25 * dimensions, 0.0),
+            Stage::Refine if !effort.coarse_first => (1, 0.2, 200 + 80 * dimensions, 0.05),
+            Stage::Refine => (1, 0.08, 100 + 35 * dimensions, 0.04),
+            Stage::Polish => (1, 0.02, 40 + 10 * dimensions, 0.0),
+        };
+        (Limits { step, size: effort.size[k], cost: effort.cost[k], evaluations }, confirm)
+    }
+
+    /// One stage of some starts; the best first.
+    fn stage(
+        &self,
+        stage: Stage,
+        cells: &[Cells],
+        samples: u32,
+        starts: &[Start],
+        indirect: Option<&Indirect>,
+        choices: &[Vec<usize>],
+    ) -> Result<Vec<Start>> {
+        let dimensions = starts.first().map_or(0, |s| s.point.len());
+        let (limits, confirm) = self.limits(stage, dimensions);
+        self.shared.begin_stage(starts.len() * limits.evaluations * 2 / 3);
+        let task = Task { stage, optimiser: self.options.optimiser, limits, confirm, seed: self.options.seed };
+        let mut found = in_parallel(starts, |_, start| {
+            let model = self.model(cells, samples, start, indirect, choices)?;
+            search::search(&model, start, &task, self.shared)
+        })?;
+        found.sort_by(|a, b| a.objective.total_cmp(&b.objective).then(a.number.cmp(&b.number)));
+        Ok(found)
+    }
+
+    fn run(&self, watch: &mut Stopwatch<'_>) -> Result<Searched> {
+        let Self { prepared, options, shared } = *self;
+        let choices = prepared.choices();
+        let count = if model::variables(prepared.spec).is_empty() && !options.joint { 1 } else { options.starts.max(choices.len()) };
+        let blank =
+            Start { number: 0, point: Vec::new(), objective: f64::INFINITY, evaluations: 0, converged: false, restarts: 0, choice: 0 };
+        let own = self.model(&prepared.coarse, COARSE.samples, &blank, None, &choices)?;
+        let mut starts: Vec<Start> = (search::starts(&own, count, options.seed).into_iter().enumerate())
+            .map(|(number, point)| Start { number, point, choice: number % choices.len(), ..blank.clone() })
+            .collect();
+        drop(own);
+        if options.effort.coarse_first {
+            starts = self.stage(Stage::Explore, &prepared.coarse, COARSE.samples, &starts, None, &choices)?;
+            watch.lap("explore");
+        }
+        if starts[0].evaluations == 0 && shared.must_end() {
+            return Err(Error::Interrupted);
+        }
+        let mut indirect = self.indirect(&starts[0], &choices)?;
+        if indirect.is_some() {
+            watch.lap("interreflections");
+        }
+        // Of starts that ended in the same place the best one is enough.
+        let mut chosen: Vec<Start> = Vec::new();
+        let mut rest: Vec<Start> = Vec::new();
+        for start in starts {
+            let is_near = |other: &Start| other.choice == start.choice && distance(&other.point, &start.point) < 0.3 * APART;
+            let full = options.effort.coarse_first && chosen.len() >= REFINED;
+            if full || chosen.iter().any(is_near) { rest.push(start) } else { chosen.push(start) }
+        }
+        let mut refined = chosen.clone();
+        if !shared.must_end() || !shared.memory.is_empty() {
+            refined = self.stage(Stage::Refine, &prepared.fine, FINE.samples, &chosen, indirect.as_ref(), &choices)?;
+            // A start whose refinement did not begin stands where it stood.
+            refined.retain(|s| s.objective.is_finite());
+            watch.lap("refine");
+        }
+        if refined.is_empty() {
+            refined = chosen;
+        }
+        if !shared.must_end() || !shared.memory.is_empty() {
+            if indirect.is_some() {
+                indirect = self.indirect(&refined[0], &choices)?;
+                watch.lap("interreflections");
+            }
+            let polished = self.stage(Stage::Polish, &prepared.fine, POLISH_SAMPLES, &refined[..1], indirect.as_ref(), &choices)?;
+            if polished[0].objective.is_finite() {
+                refined[0] = polished[0].clone();
+            }
+            watch.lap("polish");
+        }
+        let count = refined.len();
+        refined.extend(rest);
+        Ok(Searched { starts: refined, refined: count, indirect })
+    }
+
+    /// The indirect light at a start, if the fit file asks for it.
+    fn indirect(&self, start: &Start, choices: &[Vec<usize>]) -> Result<Option<Indirect>> {
+        let prepared = self.prepared;
+        if prepared.spec.bounces == 0 {
+            return Ok(None);
+        }
+        if self.shared.control.check().is_err() {
+            return Ok(None);
+        }
+        let model = self.model(&prepared.fine, COARSE.samples, start, None, choices)?;
+        let Some(evaluated) = model.evaluate(&start.point, self.shared.control)? else { return Ok(None) };
+        let state = model.state(&start.point);
+        let recipe = recipe_of(prepared.spec, &state, &model.unknowns, &evaluated.linear);
+        let small = recipe.material()?.build()?;
+        let close_up = prepared.close_up.as_ref();
+        let found =
+            indirect(&small, &prepared.fine, &state.lights, close_up, (prepared.spec.bounces, self.options.seed), self.shared.control)?;
+        Ok(Some(found))
+    }
+}
+
+/// Largest distance in a coordinate.
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+#[expect(clippy::too_many_arguments, reason = "what a model is made of")]
+fn model_of<'m>(
+    prepared: &'m Prepared<'_>,
+    options: &Options,
+    cells: &'m [Cells],
+    samples: u32,
+    start: &Start,
+    indirect: Option<&'m Indirect>,
+    choice: &'m [usize],
+    control: &Control<'_>,
+) -> Result<Model<'m>> {
+    let spec = prepared.spec;
+    #[expect(clippy::cast_possible_truncation, reason = "all of the seed is used")]
+    let seed = biscale::low_discrepancy::hash_64(options.seed ^ (start.number as u64) << 32) as u32;
+    let close_up = prepared.close_up.as_ref();
+    let at = |values: &[f64]| Model::new(spec, cells, close_up, choice, indirect, samples, seed, values, prepared.opaque, control);
+    let own: Vec<f64> = spec.parameters.iter().map(|p| p.start).collect();
+    let mut model = at(&own)?;
+    if options.joint {
+        model.move_colours();
+    }
+    if !start.point.is_empty() {
+        // Samples are drawn where the search begins, or on the start material if there is no surface.
+        match at(&model.state(&start.point).values) {
+            Ok(mut moved) => {
+                if options.joint {
+                    moved.move_colours();
+                }
+                model = moved;
+            }
+            Err(Error::BadInput(_)) => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(model)
+}
+
+/// The start material with the numbers and colours that were found.
+pub fn recipe_of(spec: &Spec, state: &State, unknowns: &[Unknown], linear: &[f64]) -> Recipe {
+    let mut recipe = spec.recipe.clone();
+    model::write(&mut recipe, &spec.parameters, &state.values);
+    for (k, colour) in spec.colours.iter().enumerate() {
+        let mut found = [0.0; 3];
+        for (unknown, &value) in unknowns.iter().zip(linear) {
+            match unknown.kind {
+                UnknownKind::Colour(j, None) if j == k => found = [value; 3],
+                UnknownKind::Colour(j, Some(c)) if j == k => found[c] = value,
+                _ => {}
+            }
+        }
+        recipe.set_colour(&colour.place, found);
+    }
+    recipe
+}
+
+/// Veil of a distant photograph.
+fn veil(unknowns: &[Unknown], linear: &[f64], photograph: usize) -> [f64; 3] {
+    let mut veil = [0.0; 3];
+    for (unknown, &value) in unknowns.iter().zip(linear) {
+        if let UnknownKind::Veil(p, c) = unknown.kind
+            && p == photograph
+        {
+            veil[c] = value;
+        }
+    }
+    veil
+}
+
+/// Looks at what was found, once the search is over.
+fn finish(prepared: &Prepared<'_>, options: &Options, shared: &Shared<'_>, found: Searched, mut watch: Stopwatch<'_>) -> Result<Outcome> {
+    // What was asked to stop was the search: what follows is short, and a result without it could not be judged.
+    let never = std::sync::atomic::AtomicBool::new(false);
+    let early = if shared.control.check().is_err() {
+        Some(Early::Interrupted)
+    } else {
+        shared.deadline.filter(|&d| (shared.control.clock)() >= d).map(|_| Early::TimeLimit)
+    };
+    let report = |stage: &str, share: f64| (shared.control.progress)(stage, 0.8 + 0.2 * share);
+    let control = &Control {
+        cancel: if early == Some(Early::Interrupted) { &never } else { shared.control.cancel },
+        progress: &|_, _| {},
+        clock: shared.control.clock,
+    };
+    let spec = prepared.spec;
+    let Searched { starts, refined, indirect } = found;
+    let choices = prepared.choices();
+    let best = &starts[0];
+    report("identify", 0.0);
+    // Whatever the search moved, the colours are solved for here.
+    let solved = Options { joint: false, ..options.clone() };
+    let projected = |start: &Start| Start { point: start.point[..model::variables(spec).len()].to_vec(), ..start.clone() };
+    let best = &projected(best);
+    let model = model_of(prepared, &solved, &prepared.fine, POLISH_SAMPLES, best, indirect.as_ref(), &choices[best.choice], control)?;
+    let Some(evaluated) = model.evaluate(&best.point, control)? else {
+        let why = "no point of the bounds makes a surface";
+        return Err(biscale::BadInput::new(why, "widen the bounds, or change the start material")
+            .in_file(&spec.source.path)
+            .at_field("parameter")
+            .into());
+    };
+    let mut identified = Identified::default();
+    let mut profiles = Vec::new();
+    if let Some(derivatives) = identify::derivatives(&model, &best.point, &evaluated, control)? {
+        identified = identify::identify(&model, &best.point, &evaluated, &derivatives);
+        watch.lap("identify");
+        report("profiles", 0.3);
+        if early.is_none() {
+            profiles = identify::profiles(&model, &best.point, &evaluated, (&identified, &derivatives), PROFILES, control)?;
+            watch.lap("profiles");
+        }
+    }
+    let state = model.state(&best.point);
+    let mut recipe = recipe_of(spec, &state, &model.unknowns, &evaluated.linear);
+    let mut notes = prepared.notes.clone();
+    if spec.scale_to_close_up {
+        scale(&mut recipe, prepared, &mut notes)?;
+    }
+    let material = recipe.material()?;
+    let small = material.build()?;
+    report("pictures", 0.5);
+    let training = evaluated.relative_rms(&prepared.fine);
+    let mut compared = Vec::new();
+    for (k, photograph) in prepared.distant.iter().enumerate() {
+        let mut seen = (*photograph).clone();
+        seen.light = turned(&photograph.light, state.lights[k], photograph.object.middle());
+        let veil = veil(&model.unknowns, &evaluated.linear, k);
+        let error = prepared.fine[k].relative_rms(&evaluated.predicted(k, &prepared.fine[k]));
+        let extra = indirect.as_ref().map(|i| &i.cells[k][..]);
+        compared.push(compare(seen, (&material, &small), prepared.opaque, veil, &prepared.fine[k], extra, error, control)?);
+    }
+    let mut validations = Vec::new();
+    for photograph in spec.of_role(Role::Validation) {
+        let sights = look(photograph, spec, &prepared.start);
+        let cells = match Cells::new(photograph, &sights, FINE.cells) {
+            Ok(cells) => [cells],
+            Err(error) => {
+                notes.push(format!("a validation photograph cannot be used: {error}"));
+                continue;
+            }
+        };
+        validations.push(validate_one(
+            prepared,
+            (&material, &small),
+            photograph,
+            cells,
+            &compared,
+            training,
+            veil(&model.unknowns, &evaluated.linear, 0),
+            options.seed,
+            control,
+        )?);
+    }
+    watch.lap("pictures");
+    let several = several(prepared, options, &starts[..refined], &choices, control)?;
+    if !several.is_empty() {
+        notes.push(format!("several solutions: {} other places fit as well as the best one", several.len()));
+    }
+    for known in &identified.known {
+        if known.not_identified {
+            notes.push(format!(
+                "{} is not identified: its standard deviation is {:.0} % of its range",
+                known.name,
+                100.0 * known.sigma / known.range.max(f64::MIN_POSITIVE)
+            ));
+        } else if known.at_bound && known.kind == "parameter" {
+            notes.push(format!("{} lies on a bound", known.name));
+        }
+    }
+    let failures = failures(training, &validations, &starts[0]);
+    report("report", 1.0);
+    let variables = model::variables(spec);
+    Ok(Outcome {
+        coordinates: if options.joint {
+            coordinates(&model, true)
+        } else {
+            variables.iter().map(|v| v.name(spec, &model.unknowns)).collect()
+        },
+        best: best.point.clone(),
+        recipe,
+        identified,
+        profiles,
+        objective: evaluated.objective,
+        training,
+        several,
+        trace: shared.sorted_trace(),
+        close_up: prepared.close_up.clone(),
+        cells: prepared.fine.clone(),
+        compared,
+        validations,
+        ended_early: early,
+        seconds: watch.parts,
+        notes,
+        failures,
+        starts,
+        material,
+    })
+}
+
+fn coordinates(model: &Model<'_>, joint: bool) -> Vec<String> {
+    let mut names: Vec<String> = model.variables.iter().map(|v| v.name(model.spec, &model.unknowns)).collect();
+    if joint {
+        names.extend(model.unknowns.iter().filter(|u| matches!(u.kind, UnknownKind::Colour(..))).map(|u| u.name.clone()));
+    }
+    names
+}
+
+/// Why the fit is not to be believed.
+fn failures(training: f64, validations: &[(Validation, Compared)], best: &Start) -> Vec<String> {
+    let mut failures = Vec::new();
+    if !best.objective.is_finite() || !training.is_finite() {
+        failures.push("nothing was fitted".to_owned());
+    } else if training > validate::MOST_ERROR {
+        failures.push(format!(
+            "the material does not explain the photographs: the relative RMS difference is {:.1} %, over {:.0} %",
+            100.0 * training,
+            100.0 * validate::MOST_ERROR
+        ));
+    }
+    for (validation, _) in validations {
+        if validation.verdict == validate::Verdict::Fail {
+            failures.push(format!(
+                "{} is not predicted: the relative RMS difference is {:.1} %, {:.1} times that of training",
+                validation.photograph,
+                100.0 * validation.relative_rms,
+                validation.ratio
+            ));
+        }
+    }
+    failures
+}
+
+#[expect(clippy::too_many_arguments, reason = "what a comparison is made of")]
+fn compare(
+    photograph: Photograph,
+    material: (&Material, &SmallScale),
+    opaque: bool,
+    veil: [f64; 3],
+    cells: &Cells,
+    indirect: Option<&[[f64; 3]]>,
+    relative_rms: f64,
+    control: &Control<'_>,
+) -> Result<Compared> {
+    let mut picture = picture::render(&photograph, material, opaque, veil, control)?;
+    if let Some(extra) = indirect {
+        for ((members, cell), extra) in cells.members.iter().zip(&cells.cells).zip(extra) {
+            for &pixel in members {
+                #[expect(clippy::cast_possible_truncation, reason = "pictures are in f32")]
+                for c in 0..3 {
+                    picture.rgb[pixel as usize][c] += (cell.irradiance[c] * extra[c]) as f32;
+                }
+            }
+        }
+    }
+    let used: Vec<u32> = cells.members.iter().flatten().copied().filter(|&p| !picture.rgb[p as usize][0].is_nan()).collect();
+    let pixel_relative_rms = validate::pixel_relative_rms(&photograph, &picture, &used);
+    let delta_e_itp = validate::mean_delta_e_itp(&photograph, &picture, &used);
+    Ok(Compared { photograph, picture, used, relative_rms, pixel_relative_rms, delta_e_itp })
+}
+
+/// Everything frozen, under the light of a photograph that was held out.
+#[expect(clippy::too_many_arguments, reason = "what a validation is made of")]
+fn validate_one(
+    prepared: &Prepared<'_>,
+    (material, small): (&Material, &SmallScale),
+    photograph: &Photograph,
+    cells: [Cells; 1],
+    fitted: &[Compared],
+    training: f64,
+    veil: [f64; 3],
+    seed: u64,
+    control: &Control<'_>,
+) -> Result<(Validation, Compared)> {
+    let spec = prepared.spec;
+    let extra = if spec.bounces > 0 { Some(indirect(small, &cells, &[[0.0; 2]], None, (spec.bounces, seed), control)?) } else { None };
+    let predicted = predict(small, &cells[0], prepared.opaque, extra.as_ref(), veil, control)?;
+    let relative_rms = cells[0].relative_rms(&predicted);
+    let own = validate::direction(photograph);
+    let angle = |other: &Compared| own.angle_between(validate::direction(&other.photograph)).to_degrees();
+    let angle_deg = fitted.iter().map(angle).fold(f64::INFINITY, f64::min);
+    let extra = extra.as_ref().map(|i| &i.cells[0][..]);
+    let compared = compare(photograph.clone(), (material, small), prepared.opaque, veil, &cells[0], extra, relative_rms, control)?;
+    let validation = Validation {
+        photograph: photograph.file.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+        verdict: verdict(relative_rms, training, angle_deg),
+        relative_rms,
+        pixel_relative_rms: compared.pixel_relative_rms,
+        ratio: relative_rms / training.max(f64::MIN_POSITIVE),
+        delta_e_itp: compared.delta_e_itp,
+        angle_deg,
+        pixels: compared.used.len(),
+    };
+    Ok((validation, compared))
+}
+
+/// Radiance that a material shows in some cells.
+fn predict(
+    small: &SmallScale,
+    cells: &Cells,
+    opaque: bool,
+    indirect: Option<&Indirect>,
+    veil: [f64; 3],
+    control: &Control<'_>,
+) -> Result<Vec<[f64; 3]>> {
+    let slots = model::slots(&small.surfaces);
+    let pairs = cells.pairs([0.0; 2]);
+    let frozen = Frozen::new(small, 4 * POLISH_SAMPLES, 0, &pairs, control)?;
+    let shares = frozen.on(small, control)?.shares(&pairs, &slots)?;
+    let value = |k: usize| {
+        let cell = &cells.cells[k];
+        let factor = cell.inverse_cosine * if opaque && shares.av[k] > 0.0 { cell.wo.z / shares.av[k] } else { 1.0 };
+        std::array::from_fn(|c| {
+            let direct: f64 = slots.iter().zip(&shares.s).map(|(slot, s)| s[k][c] * model::colour_of(small, *slot)[c]).sum();
+            let extra = indirect.map_or(0.0, |i| i.cells[0][k][c]);
+            cell.irradiance[c] * (factor * direct + extra) + veil[c]
+        })
+    };
+    Ok((0..cells.cells.len()).map(value).collect())
+}
+
+/// Other minima as good as the best one, and not near it.
+fn several(
+    prepared: &Prepared<'_>,
+    options: &Options,
+    refined: &[Start],
+    choices: &[Vec<usize>],
+    control: &Control<'_>,
+) -> Result<Vec<Vec<(String, f64)>>> {
+    let best = &refined[0];
+    let mut found: Vec<&Start> = Vec::new();
+    for start in &refined[1..] {
+        let good = start.objective <= best.objective * (1.0 + EQUALLY_GOOD);
+        let far = |other: &Start| other.choice != start.choice || distance(&other.point, &start.point) > APART;
+        if good && far(best) && found.iter().all(|o| far(o)) {
+            found.push(start);
+        }
+    }
+    found
+        .into_iter()
+        .map(|start| {
+            let model = model_of(prepared, options, &prepared.fine, COARSE.samples, start, None, &choices[start.choice], control)?;
+            let named = model
+                .variables
+                .iter()
+                .zip(&start.point)
+                .map(|(v, &u)| (v.name(model.spec, &model.unknowns), v.at(model.spec, &model.unknowns, u)));
+            Ok(named.collect())
+        })
+        .collect()
+}
+
+/// Scales all lengths of the material so that its period is the close-up's.
+fn scale(recipe: &mut Recipe, prepared: &Prepared<'_>, notes: &mut Vec<String>) -> Result<()> {
+    let tile = recipe.material()?.build()?.tile;
+    let Some(measured) = prepared.close_up.as_ref().map(|c| c.period) else {
+        notes.push("the period is not that of a close-up: there is none".to_owned());
+        return Ok(());
+    };
+    let own = [tile.period.x, tile.period.y];
+    let factors: Vec<f64> = (0..2).filter_map(|k| Some(measured[k]?.length / own[k])).collect();
+    let Some(&factor) = factors.first() else {
+        notes.push("no period was found in the close-up: lengths are those of the start material".to_owned());
+        return Ok(());
+    };
+    if let [x, y] = factors[..]
+        && (x / y - 1.0).abs() > 0.02
+    {
+        notes.push(format!("the close-up's periods ask for factors {x:.4} along x and {y:.4} along y; lengths are scaled by the first"));
+    }
+    recipe.scale_lengths(&prepared.spec.material.geometry, factor);
+    notes.push(format!("all lengths were multiplied by {factor:.5}, so that the period is that of the close-up"));
+    Ok(())
+}

@@ -1,0 +1,233 @@
+//! Photographs of surfaces that are really there, by nothing of the fitter: rays to single threads and grooves, other triangles, other numbers at
+//! random; and what cameras do to them.
+
+use biscale::filter::Control;
+use biscale::low_discrepancy::{fraction, gaussian, sobol_2d};
+use biscale::material::{Material, SmallScale};
+use biscale::render::picture::{Picture, linear_to_srgb};
+use biscale::toml_reader::Source;
+use biscale::visibility::rays::{Occlusion, PeriodicBvh, Traced};
+use glam::{DMat3, DVec3};
+use rayon::prelude::*;
+use std::f64::consts::PI;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+/// Runs `work` with a control that never stops it.
+pub fn with_control<T>(work: impl FnOnce(&Control<'_>) -> T) -> T {
+    let cancel = AtomicBool::new(false);
+    let began = std::time::Instant::now();
+    work(&Control { cancel: &cancel, progress: &|_, _| {}, clock: &|| began.elapsed().as_secs_f64() })
+}
+
+/// What a camera does to a picture.
+#[derive(Clone, Copy, Debug)]
+pub struct Faults {
+    /// Degrees by which the light stands elsewhere than the fit file says, in azimuth and elevation.
+    pub light_off_deg: [f64; 2],
+    /// Standard deviation of the blur, pixels.
+    pub blur: f64,
+    /// Light lost in the corners.
+    pub vignetting: f64,
+    /// Variance `a + b v` of a value `v`.
+    pub noise: [f64; 2],
+    /// Bits of a value; 8 bits are sRGB-encoded, as in a JPEG file, others linear.
+    pub bits: Option<u32>,
+}
+
+/// None.
+pub const PERFECT: Faults = Faults { light_off_deg: [0.0; 2], blur: 0.0, vignetting: 0.0, noise: [0.0; 2], bits: None };
+/// Those of a decent camera.
+pub const REAL: Faults = Faults { light_off_deg: [0.35, 0.35], blur: 0.7, vignetting: 0.02, noise: [1e-6, 4e-5], bits: Some(12) };
+
+/// A camera that looks at an object at the origin.
+#[derive(Clone, Copy, Debug)]
+pub struct View {
+    pub origin: [f64; 3],
+    pub up: [f64; 3],
+    pub fov_deg: f64,
+    pub size: [u32; 2],
+}
+
+/// What the surface lies on.
+#[derive(Clone, Copy, Debug)]
+pub enum On {
+    /// A cylinder of radius 1 around z, this high; its tile has this many units of the material's in a unit of length.
+    Cylinder { height: f64, scale: f64 },
+    /// The plane z = 0, this wide, in the material's own lengths.
+    Plane { size: f64 },
+}
+
+/// A material from the text of its file.
+pub fn material(text: &str) -> SmallScale {
+    Material::parse(&Source { path: "truth.toml".into(), text: text.to_owned() }).unwrap().build().unwrap()
+}
+
+/// A direction turned in azimuth and elevation.
+pub fn turned(v: [f64; 3], by_deg: [f64; 2]) -> DVec3 {
+    let v = DVec3::from(v).normalize();
+    let (a, e) = (v.y.atan2(v.x) + by_deg[0].to_radians(), v.z.asin() + by_deg[1].to_radians());
+    DVec3::new(e.cos() * a.cos(), e.cos() * a.sin(), e.sin())
+}
+
+/// Photographs a surface: `samples` rays a pixel, each to the thread or groove that it meets, lit where nothing stands between. Irradiance
+/// is pi. What lies behind gaps is black.
+pub fn photograph(small: &SmallScale, on: On, view: View, to_light: [f64; 3], samples: u32, faults: &Faults, seed: u64) -> Picture {
+    let bvh = PeriodicBvh::new(&small.tile).unwrap();
+    let to_light = turned(to_light, faults.light_off_deg);
+    let origin = DVec3::from(view.origin);
+    let forward = (-origin).normalize();
+    let right = forward.cross(DVec3::from(view.up)).normalize();
+    let axes = DMat3::from_cols(right, right.cross(forward), forward);
+    let half = (0.5 * view.fov_deg.to_radians()).tan();
+    let [w, h] = view.size;
+    let radiance = |x: f64, y: f64| -> DVec3 {
+        let across = (2.0 * x / f64::from(w) - 1.0) * half;
+        let up = (1.0 - 2.0 * y / f64::from(h)) * half * f64::from(h) / f64::from(w);
+        let d = (axes * DVec3::new(across, up, 1.0)).normalize();
+        let Some((frame, s, t)) = meet(on, origin, d) else { return DVec3::ZERO };
+        let (wo, wi) = (frame.transpose() * -d, frame.transpose() * to_light);
+        if wi.z <= 0.0 || wo.z <= 0.0 {
+            return DVec3::ZERO;
+        }
+        let above = bvh.highest() + 1e-6;
+        let start = DVec3::new(s, t, 0.0) + wo * (above / wo.z);
+        let Traced::Hit(hit) = bvh.trace(start, -wo, None) else { return DVec3::ZERO };
+        let triangle = hit.triangle as usize;
+        let [a, b, c] = small.tile.corners(triangle);
+        let n = (b - a).cross(c - a).normalize();
+        if n.dot(wo) <= 0.0 || n.dot(wi) <= 0.0 || bvh.occluded(triangle, hit.position, wi) == Occlusion::Blocked {
+            return DVec3::ZERO;
+        }
+        let brdf = &small.surfaces[usize::from(small.surface_of_triangle[triangle])].brdf;
+        PI * n.dot(wi) * DVec3::from(brdf.eval(n, wi, wo))
+    };
+    let mut rgb: Vec<DVec3> = (0..w * h)
+        .into_par_iter()
+        .map(|k| {
+            let one = |s: u32| {
+                let [dx, dy] = sobol_2d(s, k ^ seed as u32).map(fraction);
+                radiance(f64::from(k % w) + dx, f64::from(k / w) + dy)
+            };
+            (0..samples).map(one).sum::<DVec3>() / f64::from(samples)
+        })
+        .collect();
+    blur(&mut rgb, [w as usize, h as usize], faults.blur);
+    let top = rgb.iter().map(|v| v.max_element()).fold(0.0, f64::max) * 1.1;
+    let mut picture = Picture::new(w, h);
+    for (k, (pixel, value)) in picture.rgb.iter_mut().zip(&rgb).enumerate() {
+        let at = |k: usize, size: u32| (k as f64 + 0.5) / f64::from(size) - 0.5;
+        let (x, y) = (at(k % w as usize, w), at(k / w as usize, h));
+        let shade = 1.0 - faults.vignetting * 2.0 * (x * x + y * y);
+        for c in 0..3 {
+            let v = shade * value[c];
+            let v = v + gaussian(seed, (3 * k + c) as u64) * (faults.noise[0] + faults.noise[1] * v).sqrt();
+            pixel[c] = quantised(v, top, faults.bits) as f32;
+        }
+    }
+    picture
+}
+
+fn quantised(v: f64, top: f64, bits: Option<u32>) -> f64 {
+    match bits {
+        None => v,
+        Some(8) => biscale::image_file::srgb_to_linear((255.0 * linear_to_srgb(v / top)).round() / 255.0) * top,
+        Some(bits) => {
+            let steps = f64::from((1_u32 << bits) - 1);
+            (v / top * steps).round().clamp(0.0, steps) / steps * top
+        }
+    }
+}
+
+/// The frame of the tile where a ray meets the object, and the place there in the tile's lengths.
+fn meet(on: On, origin: DVec3, d: DVec3) -> Option<(DMat3, f64, f64)> {
+    match on {
+        On::Plane { size } => {
+            let t = -origin.z / d.z;
+            let p = origin + t * d;
+            (t > 0.0 && p.x.abs() < 0.5 * size && p.y.abs() < 0.5 * size).then_some((DMat3::IDENTITY, p.x, p.y))
+        }
+        On::Cylinder { height, scale } => {
+            let (a, b, c) = (d.x * d.x + d.y * d.y, origin.x * d.x + origin.y * d.y, origin.x * origin.x + origin.y * origin.y - 1.0);
+            let root = (b * b - a * c).max(0.0).sqrt();
+            let p = origin + (-b - root) / a * d;
+            let n = DVec3::new(p.x, p.y, 0.0);
+            let x = DVec3::new(-n.y, n.x, 0.0);
+            (b * b > a * c && p.z.abs() < 0.5 * height).then(|| (DMat3::from_cols(x, DVec3::Z, n), scale * n.x.atan2(-n.y), scale * p.z))
+        }
+    }
+}
+
+fn blur(rgb: &mut [DVec3], [w, h]: [usize; 2], sigma: f64) {
+    if sigma <= 0.0 {
+        return;
+    }
+    let reach = (3.0 * sigma).ceil() as i32;
+    let weight = |k: i32| (-0.5 * (k as f64 / sigma).powi(2)).exp();
+    for (count, stride, lines, step) in [(w, 1, h, w), (h, w, w, 1)] {
+        for line in 0..lines {
+            let last = i32::try_from(count).unwrap() - 1;
+            let at = |k: i32| line * step + k as usize * stride;
+            let old: Vec<DVec3> = (0..=last).map(|k| rgb[at(k)]).collect();
+            for k in 0..=last {
+                let (mut sum, mut total) = (DVec3::ZERO, 0.0);
+                for j in -reach..=reach {
+                    sum += weight(j) * old[(k + j).clamp(0, last) as usize];
+                    total += weight(j);
+                }
+                rgb[at(k)] = sum / total;
+            }
+        }
+    }
+}
+
+/// Writes a picture.
+pub fn write(picture: &Picture, file: &Path) {
+    let out = std::io::BufWriter::new(std::fs::File::create(file).unwrap());
+    picture.write_exr(out, false, "a test").unwrap();
+}
+
+/// Three photographs of a surface and the tables of a fit file that describe them.
+pub struct Set {
+    /// `[object]`, `[camera]` and `[[photograph]]` tables.
+    pub tables: String,
+}
+
+/// Camera of the distant photographs.
+pub const DISTANT: View = View { origin: [0.0, -12.0, 0.0], up: [0.0, 0.0, 1.0], fov_deg: 10.95, size: [96, 60] };
+/// Lights of the distant photograph, of the held-out one, and of the close-up.
+pub const LIGHTS: [[f64; 3]; 3] = [[0.427, -0.854, 0.299], [-0.885, -0.442, 0.147], [0.453, -0.252, 0.855]];
+
+/// Photographs `small`, `repeats` of whose periods go once around the cylinder, into `folder`.
+pub fn set(folder: &Path, small: &SmallScale, repeats: f64, faults: &Faults, samples: u32) -> Set {
+    let period = small.tile.period.x;
+    let scale = repeats * period / (2.0 * PI);
+    let size = 6.2 * period;
+    let near = View { origin: [0.0, -period, 22.0 * period], up: [0.0, 1.0, 0.0], fov_deg: 15.8, size: [256, 256] };
+    let cylinder = On::Cylinder { height: 1.55, scale };
+    let vector = |v: [f64; 3]| format!("[{}, {}, {}]", v[0], v[1], v[2]);
+    let camera = |v: View, table: &str| {
+        format!(
+            "[{table}]\norigin = {}\ntarget = [0, 0, 0]\nup = {}\nfov_deg = {}\nwidth = {}\nheight = {}\n",
+            vector(v.origin),
+            vector(v.up),
+            v.fov_deg,
+            v.size[0],
+            v.size[1]
+        )
+    };
+    let mut tables = format!("[object]\nkind = \"cylinder\"\nradius = 1\nheight = 1.55\n{}", camera(DISTANT, "camera"));
+    for (k, (role, name)) in [("distant", "b"), ("validation", "c"), ("close-up", "a")].into_iter().enumerate() {
+        let (on, view, rays) =
+            if role == "close-up" { (On::Plane { size }, near, samples.div_ceil(4)) } else { (cylinder, DISTANT, samples) };
+        write(&photograph(small, on, view, LIGHTS[k], rays, faults, 7 + k as u64), &folder.join(format!("{name}.exr")));
+        tables.push_str(&format!("[[photograph]]\nrole = \"{role}\"\nimage = \"{name}.exr\"\n"));
+        if role == "close-up" {
+            tables.push_str(&camera(near, "photograph.camera"));
+            tables.push_str(&format!("[photograph.object]\nkind = \"plane\"\nsize = [{size}, {size}]\n"));
+        }
+        let light = vector(LIGHTS[k]);
+        tables.push_str(&format!("[photograph.light]\ntype = \"directional\"\nto_light = {light}\nirradiance_rgb = {PI}\n"));
+    }
+    Set { tables }
+}

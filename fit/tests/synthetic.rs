@@ -1,0 +1,141 @@
+//! Fits of photographs that were made by something else than the fitter (`support`), of a weave and of printed grooves.
+
+#![allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic")]
+#![allow(clippy::print_stdout, reason = "figures, for those who ask for them with --nocapture")]
+
+#[allow(dead_code, reason = "not every test program uses all of it")]
+mod support;
+
+use biscale_fit::identify::Known;
+use biscale_fit::run::{Options, Outcome, fit};
+use biscale_fit::search::Memory;
+use biscale_fit::spec::Spec;
+use biscale_fit::validate::Verdict;
+use std::path::Path;
+use support::{Faults, REAL, material, set, with_control};
+
+fn weave(warp: [f64; 3], weft: [f64; 3], segments: u32, red: &str, blue: &str, specular: f64, alpha: f64) -> String {
+    format!(
+        "format = 1\n[geometry]\nkind = \"weave\"\nwarp_width = {}\nwarp_gap = {}\nwarp_height = {}\nweft_width = {}\nweft_gap = {}\n\
+         weft_height = {}\ncrimp = {}\nsegments = {segments}\n[[surface]]\npart = \"warp\"\nbrdf = {{ model = \"cook-torrance\", diffuse = {red}, \
+         specular = {specular}, alpha = {alpha} }}\n[[surface]]\npart = \"weft\"\nbrdf = {{ model = \"cook-torrance\", diffuse = {blue}, \
+         specular = {specular}, alpha = {alpha} }}\n",
+        warp[0],
+        0.5 - warp[0],
+        warp[1],
+        weft[0],
+        0.5 - weft[0],
+        weft[1],
+        warp[2],
+    )
+}
+
+const WEAVE_MOVES: &str = r#"
+[[parameter]]
+key = "geometry.warp_width"
+bounds = [0.25, 0.49]
+rest = { key = "geometry.warp_gap", sum = 0.5 }
+[[parameter]]
+key = "geometry.weft_width"
+bounds = [0.25, 0.49]
+rest = { key = "geometry.weft_gap", sum = 0.5 }
+[[parameter]]
+key = "geometry.warp_height"
+bounds = [0.06, 0.25]
+[[parameter]]
+key = "geometry.weft_height"
+bounds = [0.06, 0.25]
+[[parameter]]
+key = "geometry.crimp"
+bounds = [0.05, 0.3]
+[[parameter]]
+key = "surface.warp.brdf.alpha"
+bounds = [0.08, 0.8]
+log = true
+same = ["surface.weft.brdf.alpha"]
+[[colour]]
+key = "surface.warp.brdf.diffuse"
+[[colour]]
+key = "surface.weft.brdf.diffuse"
+[[colour]]
+key = "surface.warp.brdf.specular"
+[[colour]]
+key = "surface.weft.brdf.specular"
+"#;
+
+fn run(folder: &Path, tables: &str, start: &str, moves: &str, options: &Options) -> Outcome {
+    std::fs::write(folder.join("start.toml"), start).unwrap();
+    std::fs::write(folder.join("fit.toml"), format!("format = 1\nmaterial = \"start.toml\"\n{tables}{moves}")).unwrap();
+    let spec = Spec::load(&folder.join("fit.toml")).unwrap();
+    with_control(|control| fit(&spec, options, &Memory::default(), &|_| {}, control)).unwrap()
+}
+
+fn known<'a>(outcome: &'a Outcome, name: &str) -> &'a Known {
+    outcome.identified.known.iter().find(|k| k.name == name).unwrap_or_else(|| panic!("no unknown {name}"))
+}
+
+fn print(outcome: &Outcome) {
+    for k in &outcome.identified.known {
+        println!("{} = {:.4} +/- {:.4}{}", k.name, k.value, k.sigma, if k.not_identified { " not identified" } else { "" });
+    }
+    println!("training {:.4}, objective {:.3}, {} evaluations", outcome.training, outcome.objective, outcome.trace.len());
+    for (v, _) in &outcome.validations {
+        println!("validation {:.4}, ratio {:.2}, {:?}", v.relative_rms, v.ratio, v.verdict);
+    }
+}
+
+/// What photographs of a weave must tell.
+fn weave_is_found(faults: &Faults) {
+    let folder = tempfile::tempdir().unwrap();
+    let truth = weave([0.42, 0.14, 0.15], [0.34, 0.12, 0.0], 32, "[0.45, 0.06, 0.05]", "[0.05, 0.12, 0.40]", 0.25, 0.3);
+    let set = set(folder.path(), &material(&truth), 290.0, faults, 64);
+    let start = weave([0.38, 0.11, 0.13], [0.38, 0.11, 0.0], 16, "[0.4, 0.2, 0.2]", "[0.2, 0.2, 0.4]", 0.1, 0.2);
+    let outcome = run(folder.path(), &set.tables, &start, WEAVE_MOVES, &Options::default());
+    print(&outcome);
+    let (validation, _) = &outcome.validations[0];
+    assert!(validation.verdict == Verdict::Pass && validation.relative_rms <= 0.05, "{validation:?}");
+    // A blurred close-up mixes threads and gaps at their edges: the colours err by more than their standard deviations say.
+    for (name, truth) in [("surface.warp.brdf.diffuse red", 0.45), ("surface.weft.brdf.diffuse blue", 0.40)] {
+        let value = known(&outcome, name).value;
+        assert!((value / truth - 1.0).abs() < 0.12, "{name}: {value} for {truth}");
+    }
+    for period in outcome.close_up.as_ref().unwrap().period {
+        assert!((period.unwrap().length - 1.0).abs() < 0.01, "{period:?}");
+    }
+}
+
+#[test]
+fn a_weave_is_found_in_photographs_of_a_real_camera() {
+    weave_is_found(&REAL);
+}
+
+#[test]
+fn printed_grooves_are_found_and_what_photographs_do_not_tell_is_flagged() {
+    let folder = tempfile::tempdir().unwrap();
+    let grooves = |depth: f64, floor: f64, top: f64, colours: [&str; 3]| {
+        let [f, s, t] = colours;
+        format!(
+            "format = 1\n[geometry]\nkind = \"grooves\"\nperiod = 1.0\ndepth = {depth}\nfloor_width = {floor}\ntop_width = {top}\n\
+             [[surface]]\npart = \"floor\"\nbrdf = {{ model = \"lambert\", albedo = {f} }}\n[[surface]]\npart = \"sides\"\n\
+             brdf = {{ model = \"lambert\", albedo = {s} }}\n[[surface]]\npart = \"tops\"\nbrdf = {{ model = \"lambert\", albedo = {t} }}\n"
+        )
+    };
+    let truth = grooves(0.4, 0.35, 0.25, ["[0.1, 0.6, 0.2]", "[0.65, 0.55, 0.1]", "[0.6, 0.1, 0.1]"]);
+    let set = set(folder.path(), &material(&truth), 400.0, &REAL, 64);
+    let start = grooves(0.3, 0.3, 0.3, ["[0.2, 0.5, 0.3]", "[0.5, 0.5, 0.2]", "[0.5, 0.2, 0.2]"]);
+    let moves = "\n[[parameter]]\nkey = \"geometry.depth\"\nbounds = [0.05, 1.0]\n[[parameter]]\nkey = \"geometry.floor_width\"\nbounds = [0.1, 0.6]\n\
+                 [[parameter]]\nkey = \"geometry.top_width\"\nbounds = [0.1, 0.6]\n[[colour]]\nkey = \"surface.floor.brdf.albedo\"\n\
+                 [[colour]]\nkey = \"surface.sides.brdf.albedo\"\n[[colour]]\nkey = \"surface.tops.brdf.albedo\"\n";
+    let outcome = run(folder.path(), &set.tables, &start, moves, &Options::default());
+    print(&outcome);
+    let (validation, _) = &outcome.validations[0];
+    assert!(validation.verdict == Verdict::Pass && validation.relative_rms <= 0.05, "{validation:?}");
+    for (name, truth) in
+        [("surface.floor.brdf.albedo green", 0.6), ("surface.sides.brdf.albedo red", 0.65), ("surface.tops.brdf.albedo red", 0.6)]
+    {
+        let value = known(&outcome, name).value;
+        assert!((value / truth - 1.0).abs() < 0.05, "{name}: {value} for {truth}");
+    }
+    let [across, along] = outcome.close_up.as_ref().unwrap().period;
+    assert!((across.unwrap().length - 1.0).abs() < 0.01 && along.is_none(), "{across:?} {along:?}");
+}

@@ -1,0 +1,289 @@
+//! Values of a surface that is changed a little again and again, by the same samples each time: for fitting.
+//!
+//! Of one bounce the symmetric kernel `S` is linear in the colours of the small-scale BRDFs. So it is not computed for colours, but for
+//! [`Slot`]s, each the share of one colour when that colour is 1: whoever knows the shares finds the colours by linear least squares.
+
+use super::Control;
+use super::demand::Demand;
+use super::lobes::{self, Lobe};
+use super::prepared::Tracer;
+use super::sums::{self, Views};
+use crate::brdf::Brdf;
+use crate::direction::{Pair, above_horizon};
+use crate::error::{Error, Result};
+use crate::facets::{self, Facets, NO_TRIANGLE, SETS};
+use crate::material::{SmallScale, Surface, Tint};
+use glam::DVec3;
+
+/// One colour of one surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Slot {
+    /// Place of the surface in [`SmallScale::surfaces`].
+    pub surface: usize,
+    /// Which of its colours.
+    pub colour: SlotColour,
+}
+
+/// A colour that the light reflected by a surface is proportional to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SlotColour {
+    /// `albedo` or `diffuse`.
+    Diffuse,
+    /// `specular`.
+    Specular,
+    /// `scale` of a measured BRDF, with its tint; the share is that of the tint when it is 1.
+    Tint,
+}
+
+impl Slot {
+    /// The slots that a BRDF has.
+    pub fn of(brdf: &Brdf) -> &'static [SlotColour] {
+        match brdf {
+            Brdf::Lambert { .. } => &[SlotColour::Diffuse],
+            Brdf::BlinnPhong { .. } | Brdf::CookTorrance { .. } | Brdf::Ward { .. } => &[SlotColour::Diffuse, SlotColour::Specular],
+            Brdf::Measured(_) => &[SlotColour::Tint],
+        }
+    }
+}
+
+/// A BRDF whose colour `colour` is 1 and whose other colour is 0.
+fn only(brdf: &Brdf, colour: SlotColour) -> Brdf {
+    let (one, zero) = ([1.0; 3], [0.0; 3]);
+    let (d, s) = if colour == SlotColour::Diffuse { (one, zero) } else { (zero, one) };
+    match brdf {
+        Brdf::Lambert { .. } => Brdf::Lambert { albedo: d },
+        Brdf::BlinnPhong { exponent, .. } => Brdf::BlinnPhong { diffuse: d, specular: s, exponent: *exponent },
+        Brdf::CookTorrance { alpha, distribution, f0, .. } => {
+            Brdf::CookTorrance { diffuse: d, specular: s, alpha: *alpha, distribution: *distribution, f0: *f0 }
+        }
+        Brdf::Ward { alpha, .. } => Brdf::Ward { diffuse: d, specular: s, alpha: *alpha },
+        Brdf::Measured(measured) => Brdf::Measured(measured.clone()),
+    }
+}
+
+/// Stretches of the surface whose importance is told apart.
+const STRETCHES: usize = 256;
+/// Samples and directions of the look that tells it.
+const PILOT: u32 = 2048;
+const PILOT_DIRECTIONS: usize = 24;
+/// Least importance, as a share of the mean: what is hidden now may be seen when the surface has changed.
+const LEAST_IMPORTANCE: f64 = 0.2;
+
+/// Samples that keep their places.
+#[derive(Clone, Debug)]
+pub struct Frozen {
+    samples: facets::frozen::Frozen,
+}
+
+/// The samples on one shape of their surface.
+pub struct Placed<'a> {
+    small: &'a SmallScale,
+    tracer: Tracer<'a>,
+    facets: Facets,
+    samples: f64,
+}
+
+/// What [`Placed::shares`] finds for a list of pairs.
+#[derive(Clone, Debug, Default)]
+pub struct Shares {
+    /// For each slot and pair its share of `S`, 1/sr, in each channel: the tint and Fresnel's factor may be coloured.
+    pub s: Vec<Vec<[f64; 3]>>,
+    /// For each pair the visible projected area from the viewer over the footprint.
+    pub av: Vec<f64>,
+}
+
+/// A facet that both the light and the viewer see.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LitFacet {
+    /// Place of its surface in [`SmallScale::surfaces`].
+    pub surface: usize,
+    /// Its projected area from the viewer, over the footprint.
+    pub area: f64,
+    /// For each of [`Slot::of`] its BRDF the radiance over irradiance, `fr (n·i)`, when that colour is 1.
+    pub shares: [[f64; 3]; 2],
+}
+
+impl Frozen {
+    /// Draws `samples` samples, a power of two from 64, more of them where `pairs` see the surface.
+    ///
+    /// # Errors
+    /// `Interrupted`.
+    pub fn new(small: &SmallScale, samples: u32, seed: u32, pairs: &[Pair], control: &Control<'_>) -> Result<Self> {
+        let pilot = Self { samples: facets::frozen::Frozen::new(small, PILOT, seed) };
+        let placed = pilot.on(small, control)?;
+        let all: Vec<DVec3> = pairs.iter().flat_map(|p| [p.wi, p.wo]).filter_map(above_horizon).collect();
+        let some: Vec<DVec3> = all.iter().copied().step_by(all.len().div_ceil(PILOT_DIRECTIONS).max(1)).collect();
+        let bits = placed.tracer.see(&placed.facets, &some)?;
+        let mut importance = [0.0; STRETCHES];
+        for (f, _) in placed.facets.triangle.iter().enumerate().filter(|(_, t)| **t != NO_TRIANGLE) {
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of the stretches")]
+            let stretch = ((f64::from(placed.facets.along[f]) * STRETCHES as f64) as usize).min(STRETCHES - 1);
+            let normal = placed.facets.normal_of(f).as_dvec3();
+            for (d, w) in some.iter().enumerate() {
+                if bits.row(d)[f / 64] >> (f % 64) & 1 == 1 {
+                    importance[stretch] += normal.dot(*w).clamp(0.0, 1.0);
+                }
+            }
+        }
+        let mean = importance.iter().sum::<f64>() / STRETCHES as f64;
+        let importance: Vec<f64> = importance.iter().map(|i| i + LEAST_IMPORTANCE * mean).collect();
+        let importance = if mean > 0.0 { &importance[..] } else { &[1.0] };
+        Ok(Self { samples: facets::frozen::Frozen::with_importance(small, samples, seed, importance) })
+    }
+
+    /// Whether the samples can be kept on `small`: it has the triangles of the surface that they were drawn on, in another shape.
+    pub fn fits(&self, small: &SmallScale) -> bool {
+        self.samples.fits(small)
+    }
+
+    /// Puts the samples on `small`.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] if [`Self::fits`] says no.
+    pub fn on<'a>(&self, small: &'a SmallScale, control: &Control<'a>) -> Result<Placed<'a>> {
+        let (surface, facets) = self.samples.on(small).ok_or_else(|| Error::Unsupported {
+            what: "a surface of other triangles than the one that the samples were drawn on".to_owned(),
+            remedy: "draw new samples".to_owned(),
+        })?;
+        Ok(Placed { small, tracer: Tracer::of(small, surface, control), facets, samples: self.samples.samples() as f64 })
+    }
+}
+
+impl Placed<'_> {
+    /// The shares of `slots` in what the surface reflects, for each pair.
+    ///
+    /// # Errors
+    /// `Interrupted`; failures of the visibility.
+    pub fn shares(&self, pairs: &[Pair], slots: &[Slot]) -> Result<Shares> {
+        let Self { small, tracer, facets, samples } = self;
+        let symmetric = !small.surfaces.iter().any(|s| matches!(s.brdf, Brdf::Measured(_)));
+        let demand = Demand::new(pairs, symmetric);
+        let bits = tracer.see(facets, &demand.directions)?;
+        let scale = 1.0 / samples;
+        let areas: Vec<f64> = (demand.directions.iter().enumerate())
+            .map(|(d, &w)| scale * sums::visible_area(facets, w, bits.row(d)).iter().sum::<f64>())
+            .collect();
+        let mut views = Views::default();
+        let mut shares = Shares { s: Vec::with_capacity(slots.len()), av: vec![0.0; pairs.len()] };
+        for slot in slots {
+            let surface = &small.surfaces[slot.surface];
+            let brdf = only(&surface.brdf, slot.colour);
+            let mut of_surfaces: Vec<Vec<Lobe<'_>>> = vec![Vec::new(); small.surfaces.len()];
+            of_surfaces[slot.surface] = lobes::lobes(&brdf, tint(surface, slot.colour));
+            let mut sums = vec![[[0.0; 3]; SETS]; demand.pairs.len()];
+            let mut rest = &mut sums[..];
+            for task in demand.tasks() {
+                let (slice, after) = rest.split_at_mut(task.len());
+                sums::add_pairs(facets, &bits, &demand, task, &tracer.surface.groups, &of_surfaces, &mut views, slice);
+                rest = after;
+            }
+            let value = |sets: &[[f64; 3]; SETS]| std::array::from_fn(|c| scale * sets.iter().map(|set| set[c]).sum::<f64>());
+            let wanted = demand.wanted.iter();
+            shares.s.push(wanted.map(|w| w.map_or([0.0; 3], |w| value(&sums[w.pair as usize]))).collect());
+        }
+        for (av, wanted) in shares.av.iter_mut().zip(&demand.wanted) {
+            *av = wanted.map_or(0.0, |w| areas[w.viewer as usize]);
+        }
+        Ok(shares)
+    }
+
+    /// What is seen and lit at one pair, facet by facet, uniform tints included.
+    ///
+    /// # Errors
+    /// As [`Self::shares`].
+    pub fn lit(&self, pair: Pair) -> Result<Vec<LitFacet>> {
+        let Self { small, tracer, facets, samples } = self;
+        let bits = tracer.see(facets, &[pair.wi, pair.wo])?;
+        let brdfs: Vec<Vec<(Brdf, [f64; 3])>> = (small.surfaces.iter())
+            .map(|s| Slot::of(&s.brdf).iter().map(|&colour| (only(&s.brdf, colour), tint(s, colour))).collect())
+            .collect();
+        let mut found = Vec::new();
+        for (f, &t) in facets.triangle.iter().enumerate().filter(|(_, t)| **t != NO_TRIANGLE) {
+            let sees = |row: usize| bits.row(row)[f / 64] >> (f % 64) & 1 == 1;
+            if !(sees(0) && sees(1)) {
+                continue;
+            }
+            let surface = usize::from(tracer.surface.surface[t as usize]);
+            let normal = tracer.surface.normals[t as usize];
+            let mut shares = [[0.0; 3]; 2];
+            for (share, (brdf, tint)) in shares.iter_mut().zip(&brdfs[surface]) {
+                let fr = brdf.eval(normal, pair.wi, pair.wo);
+                *share = std::array::from_fn(|c| fr[c] * tint[c] * normal.dot(pair.wi).max(0.0));
+            }
+            found.push(LitFacet { surface, area: f64::from(facets.weight[f]) * normal.dot(pair.wo).max(0.0) / samples, shares });
+        }
+        Ok(found)
+    }
+}
+
+/// What a surface's tint multiplies a colour by.
+fn tint(surface: &Surface, colour: SlotColour) -> [f64; 3] {
+    match surface.tint {
+        Tint::Uniform(tint) if colour != SlotColour::Tint => tint,
+        _ => [1.0; 3],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filter::{Quality, effective};
+    use crate::material::Material;
+    use glam::DVec3;
+    use std::path::Path;
+    use std::sync::atomic::AtomicBool;
+
+    fn control(cancel: &AtomicBool) -> Control<'_> {
+        Control { cancel, progress: &|_, _| {}, clock: &|| 0.0 }
+    }
+
+    fn pairs() -> Vec<Pair> {
+        let w = |x: f64, y: f64| DVec3::new(x, y, (1.0 - x * x - y * y).sqrt());
+        vec![
+            Pair { wi: w(0.3, -0.2), wo: w(0.0, 0.4) },
+            Pair { wi: w(-0.6, 0.5), wo: w(0.2, 0.1) },
+            Pair { wi: w(0.1, 0.8), wo: w(-0.5, 0.6) },
+        ]
+    }
+
+    #[test]
+    fn shares_times_colours_add_up_to_the_values_of_the_direct_method() {
+        let cancel = AtomicBool::new(false);
+        let material = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/photos/weave.toml");
+        let small = Material::load(&material).unwrap().build().unwrap();
+        let slots: Vec<Slot> =
+            (0..2).flat_map(|surface| [SlotColour::Diffuse, SlotColour::Specular].map(|colour| Slot { surface, colour })).collect();
+        let colours = [[0.45, 0.06, 0.05], [0.25; 3], [0.05, 0.12, 0.40], [0.25; 3]];
+        let shares = Frozen::new(&small, 1 << 14, 3, &pairs(), &control(&cancel)).unwrap();
+        let shares = shares.on(&small, &control(&cancel)).unwrap().shares(&pairs(), &slots).unwrap();
+        let quality = Quality { tolerance: 2e-3, ..Quality::default() };
+        let exact = effective(&small, &pairs(), &quality, &control(&cancel)).unwrap();
+        for (k, value) in exact.values.iter().enumerate() {
+            assert!((shares.av[k] / value.av - 1.0).abs() < 0.01, "{} and {}", shares.av[k], value.av);
+            for c in 0..3 {
+                let sum: f64 = shares.s.iter().zip(&colours).map(|(s, colour)| s[k][c] * colour[c]).sum();
+                assert!((sum / value.s[c] - 1.0).abs() < 0.02, "pair {k}, channel {c}: {sum} and {}", value.s[c]);
+            }
+        }
+    }
+
+    #[test]
+    fn lit_facets_add_up_to_what_is_reflected() {
+        let cancel = AtomicBool::new(false);
+        let material = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/photos/weave.toml");
+        let small = Material::load(&material).unwrap().build().unwrap();
+        let frozen = Frozen::new(&small, 4096, 3, &pairs(), &control(&cancel)).unwrap();
+        let placed = frozen.on(&small, &control(&cancel)).unwrap();
+        for pair in pairs() {
+            let lit = placed.lit(pair).unwrap();
+            for surface in 0..2 {
+                for (k, colour) in [SlotColour::Diffuse, SlotColour::Specular].into_iter().enumerate() {
+                    let s = placed.shares(&[pair], &[Slot { surface, colour }]).unwrap().s[0][0][0];
+                    let sum: f64 = lit.iter().filter(|f| f.surface == surface).map(|f| f.area * f.shares[k][0]).sum();
+                    assert!((sum / s - 1.0).abs() < 1e-4, "{sum} and {s}");
+                }
+            }
+            assert!(lit.iter().map(|f| f.area).sum::<f64>() < pair.wo.z);
+        }
+    }
+}

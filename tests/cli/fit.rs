@@ -1,0 +1,158 @@
+//! `biscale fit` through the binary: what it writes, what it says, and what it refuses.
+
+#![allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic")]
+
+#[allow(dead_code, reason = "shared by several test programs; each uses its part")]
+mod support;
+
+use serde_json::Value;
+use std::path::Path;
+use support::Folder;
+
+/// Grooves on a cylinder, photographed by `render`.
+const TRUTH: &str = "format = 1\nname = \"truth\"\n[geometry]\nkind = \"grooves\"\nprofile = \"v\"\ndepth = 0.4\n[[surface]]\npart = \"left\"\n\
+                     brdf = { model = \"lambert\", albedo = [0.6, 0.3, 0.1] }\n[[surface]]\npart = \"right\"\n\
+                     brdf = { model = \"lambert\", albedo = [0.1, 0.3, 0.6] }\n";
+const CAMERA: &str = "[camera]\norigin = [0, -12, 0]\ntarget = [0, 0, 0]\nup = [0, 0, 1]\nfov_deg = 11\nwidth = 48\nheight = 24\n";
+const OBJECT: &str = "kind = \"cylinder\"\nradius = 1\nheight = 1.5\n";
+const LIGHTS: [&str; 2] = ["[0.4, -0.8, 0.3]", "[-0.7, -0.5, 0.2]"];
+
+fn light(to: &str) -> String {
+    format!("type = \"directional\"\nto_light = {to}\nirradiance_rgb = 3.0\n")
+}
+
+/// A folder with the photographs `b.exr` and `c.exr`, a start material, and a fit file.
+fn folder() -> Folder {
+    let folder = Folder::new();
+    folder.write("truth.toml", TRUTH);
+    for (name, to) in ["b", "c"].into_iter().zip(LIGHTS) {
+        folder.write("s.toml", format!("format = 1\n{CAMERA}[[light]]\n{}[[object]]\n{OBJECT}material = \"truth.toml\"\n", light(to)));
+        let image = format!("{name}.exr");
+        let said = folder.run(["render", "s.toml", "-o", &image, "--tolerance", "0.01", "--force"]);
+        assert_eq!(said.status, 0, "{}", said.stderr);
+    }
+    folder.write("start.toml", TRUTH.replace("0.4", "0.3 # deep").replace("0.6, 0.3, 0.1", "0.4, 0.3, 0.2"));
+    folder.write("fit.toml", fit_file());
+    folder
+}
+
+fn fit_file() -> String {
+    let photograph = |role: &str, image: &str, to: &str| {
+        format!("[[photograph]]\nrole = \"{role}\"\nimage = \"{image}\"\n[photograph.light]\n{}", light(to))
+    };
+    format!(
+        "format = 1\nname = \"fitted\"\nmaterial = \"start.toml\"\nlight_sigma_deg = 0\n{CAMERA}[object]\n{OBJECT}{}{}\
+         [[parameter]]\nkey = \"geometry.depth\"\nbounds = [0.1, 1.0]\n[[colour]]\nkey = \"surface.left.brdf.albedo\"\n\
+         [[colour]]\nkey = \"surface.right.brdf.albedo\"\n",
+        photograph("distant", "b.exr", LIGHTS[0]),
+        photograph("validation", "c.exr", LIGHTS[1])
+    )
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
+}
+
+fn value(result: &Value, name: &str) -> f64 {
+    result["unknowns"].as_array().unwrap().iter().find(|u| u["name"] == name).unwrap()["value"].as_f64().unwrap()
+}
+
+#[test]
+fn a_fit_of_the_models_own_picture_finds_what_it_was_made_of_at_any_thread_count_and_when_it_is_resumed() {
+    let folder = folder();
+    let check = folder.run(["check", "fit.toml"]);
+    assert!(check.status == 0 && check.stdout.contains("geometry.depth"), "{}{}", check.stdout, check.stderr);
+    let said = folder.run(["fit", "fit.toml", "-o", "out", "--starts", "3", "--threads", "1"]);
+    assert_eq!(said.status, 0, "{}", said.stderr);
+    assert!(said.stderr.contains("PASS") && said.stderr.contains("geometry.depth"), "{}", said.stderr);
+    let result = json(&folder.path("out/fit.json"));
+    assert_eq!(result["verdict"], "pass");
+    assert!((value(&result, "geometry.depth") / 0.4 - 1.0).abs() < 0.03, "{result}");
+    assert!((value(&result, "surface.left.brdf.albedo red") / 0.6 - 1.0).abs() < 0.03, "{result}");
+    // The fitted material is one, keeps its comments, and looks as the photograph.
+    let material = std::fs::read_to_string(folder.path("out/material.toml")).unwrap();
+    assert!(material.contains("# deep") && material.contains("name = \"fitted\""), "{material}");
+    folder.write(
+        "s.toml",
+        format!("format = 1\n{CAMERA}[[light]]\n{}[[object]]\n{OBJECT}material = \"out/material.toml\"\n", light(LIGHTS[1])),
+    );
+    let said = folder.run(["render", "s.toml", "-o", "again.exr", "--tolerance", "0.01"]);
+    assert_eq!(said.status, 0, "{}", said.stderr);
+    let compared = folder.run(["compare", "c.exr", "again.exr", "--json"]);
+    let difference: Value = serde_json::from_str(&compared.stdout).unwrap();
+    assert!(difference["summary"]["relative_rms"].as_f64().unwrap() < 0.03, "{difference}");
+    let report = std::fs::read_to_string(folder.path("out/report.html")).unwrap();
+    assert!(report.matches("data:image/png;base64,").count() == 2 && !report.contains("src=\"http"), "{}", report.len());
+    // Once more on two threads, and half of it again from the evaluations of the first.
+    let read = |name: &str| std::fs::read(folder.path(name)).unwrap();
+    let said = folder.run(["fit", "fit.toml", "-o", "two", "--starts", "3", "--threads", "2", "--quiet"]);
+    assert_eq!(said.status, 0, "{}", said.stderr);
+    let trace = String::from_utf8(read("out/evaluations.csv")).unwrap();
+    let half: Vec<&str> = trace.lines().take(trace.lines().count() / 2).collect();
+    std::fs::create_dir(folder.path("three")).unwrap();
+    folder.write("three/evaluations.csv", half.join("\n") + "\n");
+    let said = folder.run(["fit", "fit.toml", "-o", "three", "--starts", "3", "--resume", "--quiet"]);
+    assert_eq!(said.status, 0, "{}", said.stderr);
+    for name in ["fit.json", "material.toml", "evaluations.csv", "report.html", "pictures.png"] {
+        assert!(read(&format!("out/{name}")) == read(&format!("two/{name}")), "{name} depends on threads");
+        assert!(read(&format!("out/{name}")) == read(&format!("three/{name}")), "{name} depends on the resumption");
+    }
+    // The evaluations of another question are refused, and nothing is replaced that is not ours.
+    let said = folder.run(["fit", "fit.toml", "-o", "out", "--starts", "4", "--resume"]);
+    assert!(said.status == 2 && said.stderr.contains("another fit file"), "{}", said.stderr);
+    folder.write("three/report.html", "mine");
+    let said = folder.run(["fit", "fit.toml", "-o", "three", "--starts", "3", "--resume"]);
+    assert!(said.status == 2 && said.stderr.contains("--force"), "{}", said.stderr);
+}
+
+#[test]
+fn a_time_limit_ends_the_search_with_the_best_so_far() {
+    let folder = folder();
+    let said = folder.run(["fit", "fit.toml", "-o", "out", "--time-limit", "100ms"]);
+    assert!(said.status == 0 || said.status == 1, "{}", said.stderr);
+    assert!(said.stderr.contains("time limit"), "{}", said.stderr);
+    assert_eq!(json(&folder.path("out/fit.json"))["search"]["ended_early"], "time-limit");
+}
+
+#[test]
+fn what_cannot_be_fitted_is_told_by_file_line_and_field() {
+    let folder = folder();
+    let before = folder.snapshot();
+    for (old, new, words) in [
+        ("role = \"distant\"", "role = \"near\"", &["bad.toml:", "photograph[0].role", "distant"][..]),
+        ("geometry.depth", "geometry.dept", &["parameter[0].key", "`depth`"]),
+        ("geometry.depth", "surface.left.brdf.alpha", &["parameter[0].key"]),
+        ("surface.left.brdf.albedo", "surface.middle.brdf.albedo", &["colour[0].key", "left"]),
+        ("surface.left.brdf.albedo", "surface.left.tint", &["colour[0].key"]),
+        ("[0.1, 1.0]", "[1.0, 0.1]", &["parameter[0].bounds"]),
+        ("[0.1, 1.0]", "[0.5, 1.0]", &["parameter[0].bounds", "starts at 0.3"]),
+        ("width = 48", "width = 47", &["photograph[0].image", "47"]),
+        ("\"b.exr\"", "\"d.exr\"", &["photograph[0].image"]),
+        ("\"b.exr\"", "\"start.toml\"", &["start.toml"]),
+        ("role = \"distant\"", "role = \"validation\"", &["no photograph to fit"]),
+        ("origin = [0, -12, 0]", "origin = [0, 12, 0]", &["no pixel can be used", "light"]),
+        ("target = [0, 0, 0]", "target = [0, -24, 0]", &["no pixel can be used", "camera"]),
+        ("material = \"start.toml\"", "material = \"fit.toml\"", &["fit.toml"]),
+        ("key = \"surface.right.brdf.albedo\"", "key = \"surface.left.brdf.albedo\"", &["moved twice"]),
+    ] {
+        assert!(fit_file().contains(old), "{old}");
+        folder.write("bad.toml", fit_file().replace(old, new));
+        let said = folder.run(["fit", "bad.toml", "-o", "out"]);
+        assert_eq!(said.status, 2, "{old} -> {new}: {}", said.stderr);
+        assert!(words.iter().all(|w| said.stderr.contains(w)), "{old} -> {new}: {}", said.stderr);
+    }
+    std::fs::remove_file(folder.path("bad.toml")).unwrap();
+    assert!(folder.snapshot() == before, "something was written");
+}
+
+#[test]
+fn new_fit_writes_a_template_and_refuses_a_folder_that_is_no_capture() {
+    let folder = folder();
+    let said = folder.run(["new", "fit", "mine.toml"]);
+    assert_eq!(said.status, 0, "{}", said.stderr);
+    let text = std::fs::read_to_string(folder.path("mine.toml")).unwrap();
+    assert!(text.contains("[[photograph]]") && text.contains("[[parameter]]") && text.contains("[[colour]]"));
+    std::fs::create_dir(folder.path("captured")).unwrap();
+    let said = folder.run(["new", "fit", "captured", "other.toml"]);
+    assert!(said.status == 2 && said.stderr.contains("capture.json"), "{}", said.stderr);
+}
