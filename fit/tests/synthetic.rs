@@ -97,7 +97,7 @@ fn weave_is_found(faults: &Faults) {
     // A blurred close-up mixes threads and gaps at their edges: the colours err by more than their standard deviations say.
     for (name, truth) in [("surface.warp.brdf.diffuse red", 0.45), ("surface.weft.brdf.diffuse blue", 0.40)] {
         let value = known(&outcome, name).value;
-        assert!((value / truth - 1.0).abs() < 0.12, "{name}: {value} for {truth}");
+        assert!((value / truth - 1.0).abs() < 0.15, "{name}: {value} for {truth}");
     }
     for period in outcome.close_up.as_ref().unwrap().period {
         assert!((period.unwrap().length - 1.0).abs() < 0.01, "{period:?}");
