@@ -90,7 +90,7 @@ fn holes_and_clipped_pixels_are_left_out() {
     let good = value(&run(&picture(|_, _, _| {}), |t| t), "surface.right.brdf.albedo blue");
     let holes = picture(|x, _, p| {
         if x % 7 == 3 {
-            *p = [f32::NAN; 3]
+            *p = [f32::NAN; 3];
         }
     });
     assert!((value(&run(&holes, |t| t), "surface.right.brdf.albedo blue") / good - 1.0).abs() < 0.1);
@@ -104,7 +104,7 @@ fn holes_and_clipped_pixels_are_left_out() {
 fn one_pixel_says_that_it_says_little() {
     let one = picture(|x, y, p| {
         if (x, y) != (20, 10) {
-            *p = [f32::NAN; 3]
+            *p = [f32::NAN; 3];
         }
     });
     let outcome = run(&one, |t| t);
