@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic")]
 
+#[allow(dead_code, reason = "shared by several test programs; each uses its part")]
 mod support;
 
 use serde_json::Value;
