@@ -138,7 +138,7 @@ mod tests {
 
     #[test]
     fn the_bounds_of_a_guess_hold_it_and_keep_the_distance_of_the_threads() {
-        let text = biscale::geometry::template("weave").unwrap();
+        let text = geometry::template("weave").unwrap();
         let source = Source { path: "m.toml".into(), text };
         let material = Material::parse(&source).unwrap();
         let found = moves(&material.geometry, &mut crate::recipe::Recipe::new(&source).unwrap());
