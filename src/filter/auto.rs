@@ -7,11 +7,14 @@
 //! | up to [`FEW`] distinct normals | relative RMS error of 2,048 samples about [`FEW_ERROR`], whatever the lobe | `cargo bench --bench accuracy` |
 //! | more, area `r` footprints, sharpest lobe `alpha` (1 for diffuse) | about `r (`[`WIDE_ERROR`]` + `[`LOBE_ERROR`]` (1/alpha - 1))`; within a factor of 3 but for diffuse rods, of 4 | same |
 //! | `n` samples in place of 2,048 | `(2,048/n)^.75` of it | same |
+//! | 1,024 pairs and more | the samples are found on an eighth of them | `biscale study` |
+//! | over 262,144 pairs | clusters of unequal normals, as wide as their error allows | `biscale study --pairs`; `cargo bench --bench paper_matrix` |
 //! | some directions see next to none of 2^18 samples, up to [`REFERENCE_PAIRS`] pairs | `reference`, which looks from the viewer: the error of `direct` is not in its estimate there | `cargo test --test extremes` |
 //!
 //! The model only says where to start: what is kept is the error that the method then estimates, and a budget is kept by the clock. A start that
 //! is too low costs a part of the doublings that follow, one that is too high all that is too much: so it is a quarter of what the
-//! model says. Where four times as many as it says are fewer than the 2,048 that the method starts with by itself, those do.
+//! model says, or all of it where a round costs more than that (many triangles). Where four times as many as it says are fewer than the 2,048
+//! that the method starts with by itself, those do.
 
 use super::direct::Start;
 use super::{Control, Effective, Quality, direct, reference};
@@ -33,9 +36,7 @@ const LOBE_ERROR: f64 = 0.005;
 const RATE: f64 = 0.75;
 /// To keep a tolerance, an estimate must be within it this many times.
 const SAFETY: f64 = 1.5;
-/// Share of the predicted samples to start with, and, where that is less than the method would take anyway, how many times as many as
-/// are predicted are certainly enough.
-const START: f64 = 0.25;
+/// How many times as many samples as are predicted are certainly enough.
 const ENOUGH: f64 = 4.0;
 /// Most pairs for which what direct samples hardly see is looked for by the reference method.
 const REFERENCE_PAIRS: usize = 256;
@@ -98,7 +99,7 @@ pub(super) fn auto(small: &SmallScale, pairs: &[Pair], quality: &Quality, contro
     let predicted = features.samples(quality.tolerance);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
     let samples = |share: f64| (share * predicted).clamp(1.0, f64::from(1_u32 << 20)) as u32;
-    let start = Start { enough: samples(ENOUGH), expected: samples(START) };
+    let start = Start { enough: samples(ENOUGH), expected: samples(1.0) };
     let (mut result, hardly_seen) = direct::from(small, pairs, quality, control, start)?;
     if hardly_seen > 0 && quality.budget.is_none() && pairs.len() <= REFERENCE_PAIRS {
         let mut result = reference::reference(small, pairs, quality, control)?;

@@ -116,7 +116,7 @@ pub(super) fn direct(small: &SmallScale, pairs: &[Pair], quality: &Quality, cont
 pub(super) struct Start {
     /// So many are certainly enough.
     pub enough: u32,
-    /// At least about so many are expected to be needed.
+    /// About so many are expected to be needed.
     pub expected: u32,
 }
 
@@ -211,8 +211,10 @@ pub(super) fn traced<'a>(
                 let samples = match quality.budget {
                     // Rounds overshoot: between them the error tells. Too few are doubled where that costs little more than having had
                     // them at once; a long list has each round anew.
-                    None => required(tried.plan.samples(), SAFETY * tried.relative_rms / quality.tolerance, if long { MARGIN } else { 1.0 })
-                        .max(run.first()),
+                    None => {
+                        required(tried.plan.samples(), SAFETY * tried.relative_rms / quality.tolerance, if long { MARGIN } else { 1.0 })
+                            .max(run.first())
+                    }
                     Some(_) => tried.plan.samples(),
                 };
                 Plan { start: samples, doublings: 0, ..tried.plan }
@@ -296,13 +298,17 @@ pub(super) fn traced<'a>(
 
 impl Run<'_, '_> {
     /// Samples to start with: to project all triangles along a direction costs as much as some samples, which a round with fewer would
-    /// save nothing by leaving out. What is expected to be needed is not tried with less, but for the pilot run.
+    /// save nothing by leaving out. What is expected to be needed is not tried with much less, but for the pilot run: a quarter of it, or, where
+    /// that costs less than to project the triangles once more, all.
     fn first(&self) -> u32 {
         let triangles = u32::try_from(self.tracer.surface.triangles.len()).unwrap_or(u32::MAX);
         let fewest = self.start.enough.clamp(MIN_BUDGET_SAMPLES, MIN_SAMPLES);
         let least = (triangles / 2).clamp(fewest, MOST_FIRST).next_power_of_two();
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive, and saturates")]
+        let worth_a_round = (f64::from(triangles) * prepared::PROJECTED_TRIANGLE / prepared::PROJECTED_FACET) as u32;
+        let expected = (self.start.expected / 4).max(self.start.expected.min(worth_a_round)).max(1);
         // Rounded down: what lies below the pilot run counts among the samples that are kept.
-        least.max((1 << self.start.expected.max(1).ilog2()).min(PILOT_SAMPLES))
+        least.max((1 << expected.ilog2()).min(PILOT_SAMPLES))
     }
 
     /// Samples of the pilot run.
@@ -324,7 +330,9 @@ impl Run<'_, '_> {
         let pilot = self.pilot();
         let mut plan = match found {
             Some(found) => Plan { start: found.samples(), doublings: 0, ..found },
-            None => Plan { start: if budget.is_some() { MIN_BUDGET_SAMPLES } else { self.first() }, doublings: 0, weighted: false, narrowed: 0 },
+            None => {
+                Plan { start: if budget.is_some() { MIN_BUDGET_SAMPLES } else { self.first() }, doublings: 0, weighted: false, narrowed: 0 }
+            }
         };
         let mut block_began = spent();
         let (mut total, mut batch) = self.block(0, plan.start)?;
