@@ -49,14 +49,14 @@ pub(super) fn find(scale: &Scale, edges: &Edges, given: Option<&Draft>) -> Optio
                 continue;
             }
             let cloth = explain(scale, grid, given);
-            let better = |old: &Cloth| residual(&cloth) < FINER_GAIN * residual(old);
+            let better = |old: &Cloth| cost(&cloth) < FINER_GAIN * cost(old);
             if !cloth.guesses.is_empty() && own.as_ref().is_none_or(better) {
                 own = Some(cloth);
             }
         }
         let Some(own) = own else { continue };
         // An unlikelier way to count must explain clearly more.
-        if best.as_ref().is_none_or(|b| residual(&own) < FINER_GAIN * residual(b)) {
+        if best.as_ref().is_none_or(|b| cost(&own) < FINER_GAIN * cost(b)) {
             best = Some(own);
         }
     }
@@ -67,8 +67,8 @@ pub(super) fn find(scale: &Scale, edges: &Edges, given: Option<&Draft>) -> Optio
     best
 }
 
-fn residual(cloth: &Cloth) -> f64 {
-    cloth.guesses.first().map_or(f64::INFINITY, |g| g.fit.residual)
+fn cost(cloth: &Cloth) -> f64 {
+    cloth.guesses.first().map_or(f64::INFINITY, |g| g.cost(cloth.grid.repeat))
 }
 
 /// By how many threads those of a grid may have to be replaced, fewest first: groups of threads that lie alike repeat more coarsely than

@@ -1,5 +1,6 @@
 //! Which thread is on top at each crossing: the draft and the shape that leave the least of a fold unexplained.
 
+use super::class::Class;
 use super::fold::Fold;
 use super::grid::Repeat;
 use super::model::{Fit, Shape, Table};
@@ -17,6 +18,22 @@ pub(super) struct Guess {
     pub fit: Fit,
     /// Standard errors of the widths, as shares of the pitch.
     pub fill_error: [f64; 2],
+}
+
+impl Guess {
+    /// What is compared between drafts: the residual, more of a draft that has no name.
+    ///
+    /// Of the drafts of a repeat only few are woven; one that is not must explain clearly more than one that is.
+    pub fn cost(&self, repeat: Repeat) -> f64 {
+        self.fit.residual * price(repeat, &self.labels)
+    }
+}
+
+/// By how much a draft of no known class must leave less unexplained than one of a known class.
+const OTHER_PRICE: f64 = 1.5;
+
+fn price(repeat: Repeat, labels: &[bool]) -> f64 {
+    if Class::of(&draft_of(repeat, labels)) == Class::Other { OTHER_PRICE } else { 1.0 }
 }
 
 /// Up to so many different crossings every draft is tried.
@@ -47,8 +64,9 @@ pub(super) fn search(coarse: &Fold, fine: &Fold, pitch: [f64; 2], given: Option<
             None => candidates(coarse.repeat).into_iter().map(rate).collect(),
         };
         found.retain(|f| given.is_some() || holds(coarse.repeat, &f.1));
-        found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        found.truncate(4 * FINALISTS);
+        let mut priced: Vec<(f64, (f64, Vec<bool>))> = found.into_iter().map(|f| (f.0 * price(coarse.repeat, &f.1), f)).collect();
+        priced.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut found: Vec<(f64, Vec<bool>)> = priced.into_iter().take(4 * FINALISTS).map(|f| f.1).collect();
         if given.is_none() && coarse.repeat.crossings() > EXHAUSTIVE {
             // The best of the regular ones and others, and what single changes make of them.
             let mut starts: Vec<(f64, Vec<bool>)> = found.iter().take(3).cloned().collect();
@@ -75,9 +93,9 @@ pub(super) fn sharpen_all(fine: &Fold, guesses: &mut Vec<Guess>, pitch: [f64; 2]
     best_distinct(guesses, fine.repeat, SHARPENED);
 }
 
-/// Sorts by residual and keeps the first of each cloth.
+/// Sorts by cost and keeps the first of each cloth.
 fn best_distinct(guesses: &mut Vec<Guess>, repeat: Repeat, most: usize) {
-    guesses.sort_by(|a, b| a.fit.residual.total_cmp(&b.fit.residual));
+    guesses.sort_by(|a, b| a.cost(repeat).total_cmp(&b.cost(repeat)));
     let mut seen: Vec<Vec<bool>> = Vec::new();
     let mut kept = Vec::new();
     for guess in guesses.drain(..) {
@@ -93,14 +111,14 @@ fn best_distinct(guesses: &mut Vec<Guess>, repeat: Repeat, most: usize) {
     *guesses = kept;
 }
 
-/// Sorts by residual and keeps the best places of the best `most` cloths: one cloth may lie a thread or half a thread off, which only its
+/// Sorts by cost and keeps the best places of the best `most` cloths: one cloth may lie a thread or half a thread off, which only its
 /// shape tells.
 fn best_variants(guesses: &mut Vec<Guess>, repeat: Repeat, most: usize) {
     /// Places of one cloth.
     const VARIANTS: usize = 2;
     /// Places of the threads that are told apart, in threads.
     const APART: f64 = 0.25;
-    guesses.sort_by(|a, b| a.fit.residual.total_cmp(&b.fit.residual));
+    guesses.sort_by(|a, b| a.cost(repeat).total_cmp(&b.cost(repeat)));
     let mut kept: Vec<(Vec<bool>, Guess)> = Vec::new();
     let mut cloths = 0;
     for guess in guesses.drain(..) {

@@ -169,7 +169,7 @@ fn describe(photo: &Photo<'_>, scale: &Scale, cloth: &Cloth, given: Option<&Draf
     let draft = given.cloned().unwrap_or_else(|| labels::draft_of(grid.repeat, &best.labels));
     let confidence = match (given, cloth.guesses.get(1)) {
         (Some(_), _) | (None, None) => 1.0,
-        (None, Some(second)) => 1.0 - best.fit.residual / second.fit.residual.max(1e-12),
+        (None, Some(second)) => 1.0 - best.cost(grid.repeat) / second.cost(grid.repeat).max(1e-12),
     };
     // The vectors after which the cloth repeats are dual to the lattice of its spectrum.
     let basis = &scale.lattice.basis;
