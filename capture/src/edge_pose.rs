@@ -114,8 +114,7 @@ fn crossing(image: &impl Grey, at: DVec2, across: DVec2, reach: f64) -> Option<f
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few dozen")]
     let count = (2.0 * reach / STEP) as usize;
     let step = 2.0 * reach / count as f64;
-    let values: Vec<f64> =
-        (0..count).map(|k| image.value(at + ((k as f64 + 0.5) * step - reach) * across)).collect::<Option<_>>()?;
+    let values: Vec<f64> = (0..count).map(|k| image.value(at + ((k as f64 + 0.5) * step - reach) * across)).collect::<Option<_>>()?;
     let end = (count / 5).max(2);
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
     let (dark, light) = (mean(&values[..end]), mean(&values[count - end..]));

@@ -209,7 +209,11 @@ pub fn wrap(target: Target, fit: Fit, thickness: f64, colours: &[[f64; 3]], pape
             joins(&mut page, part, shift, [i + 1 < columns, j + 1 < rows], [i > 0, j > 0], number, columns);
             places.extend(marker_places(part, outer, &frame, plan.size).into_iter().map(|p| (number, p)));
             // From the left edge of what is cut out, if the strip is a part of it.
-            let strip = if frame.marked[1] && j == 0 { room.map(|p| p + shift) } else { [corner, paper.size - corner].map(|p| DVec2::new(p.x, -1.0)) };
+            let strip = if frame.marked[1] && j == 0 {
+                room.map(|p| p + shift)
+            } else {
+                [corner, paper.size - corner].map(|p| DVec2::new(p.x, -1.0))
+            };
             out.patches.extend(patches(&mut page, colours, DVec2::new(strip[0].x + QUIET, corner.y), strip, number));
             let several = if count > 1 { format!(", sheet {number} of {count}") } else { String::new() };
             footer(
@@ -534,7 +538,8 @@ mod tests {
     #[test]
     fn who_cuts_along_the_line_keeps_all_markers_and_no_two_cover_each_other() {
         let pages = [A4, Paper { name: "a3", size: DVec2::new(297.0, 420.0), ..A4 }];
-        let objects = ["plane:width=100,height=80", "cylinder:radius=30,height=70", "cylinder:radius=5,height=60", "box:width=30,depth=20,height=60"];
+        let objects =
+            ["plane:width=100,height=80", "cylinder:radius=30,height=70", "cylinder:radius=5,height=60", "box:width=30,depth=20,height=60"];
         for (object, paper) in objects.iter().flat_map(|o| pages.iter().map(move |p| (*o, *p))) {
             let wrap = sheet(object, paper);
             let [left, lower, right, upper] = wrap.margins;

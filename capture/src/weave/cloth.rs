@@ -18,7 +18,9 @@ pub(super) struct Cloth {
 }
 
 /// Ways to count threads that are looked at.
-const HYPOTHESES: usize = 3;
+const HYPOTHESES: usize = 5;
+/// A way that explains so much that no other could do clearly better.
+const ENOUGH: f64 = 0.06;
 /// A way to count threads costs at most this much more than the cheapest.
 const MAX_COST: f64 = 6.0;
 /// Largest turn of the threads from the picture's axes, in radians.
@@ -29,8 +31,14 @@ const COARSE: usize = 8;
 const FINE: (usize, usize) = (8, 14);
 /// Twice as many threads must explain at least this much more.
 const FINER_GAIN: f64 = 0.6;
+/// Those that explain at least this much more are compared by their best shapes, with the blur of the lens.
+const CLOSE: f64 = 0.95;
+/// The same, for repeats of up to so many crossings: it takes time.
+const CLOSE_CROSSINGS: usize = 16;
 /// Threads twice as fine are looked at where the power at their frequency is at least this share of that at half of it.
 const FINER_POWER: f64 = 0.25;
+/// A plain cloth whose crossings look so much alike that the spectrum shows no difference must be explained up to this share.
+const ALIKE: f64 = 0.2;
 /// Cloth whose crossings differ by more than this many threads is not looked at.
 const MAX_CROSSINGS: usize = 64;
 
@@ -44,13 +52,17 @@ pub(super) fn find(scale: &Scale, edges: &Edges, given: Option<&Draft>) -> Optio
         let mut own: Option<Cloth> = None;
         for (mx, my) in multiples(scale, &grid) {
             let Some(grid) = grid.finer(&scale.lattice, mx, my) else { continue };
+            let grid = if grid.repeat.crossings() == 1 { grid.as_plain() } else { grid };
             let crossings = grid.repeat.crossings();
             if !(2..=MAX_CROSSINGS).contains(&crossings) || grid.pitch().min_element() < 2.0 {
                 continue;
             }
             let cloth = explain(scale, grid, given);
-            let better = |old: &Cloth| cost(&cloth) < FINER_GAIN * cost(old);
-            if !cloth.guesses.is_empty() && own.as_ref().is_none_or(better) {
+            // What hardly differs from crossing to crossing may be no cloth at all.
+            if grid.whole_is_one_crossing() && cost(&cloth) > ALIKE {
+                continue;
+            }
+            if !cloth.guesses.is_empty() && own.as_ref().is_none_or(|old| finer_is_better(old, &cloth)) {
                 own = Some(cloth);
             }
         }
@@ -58,6 +70,9 @@ pub(super) fn find(scale: &Scale, edges: &Edges, given: Option<&Draft>) -> Optio
         // An unlikelier way to count must explain clearly more.
         if best.as_ref().is_none_or(|b| cost(&own) < FINER_GAIN * cost(b)) {
             best = Some(own);
+        }
+        if best.as_ref().is_some_and(|b| cost(b) < ENOUGH) {
+            break;
         }
     }
     if let Some(cloth) = &mut best {
@@ -69,6 +84,21 @@ pub(super) fn find(scale: &Scale, edges: &Edges, given: Option<&Draft>) -> Optio
 
 fn cost(cloth: &Cloth) -> f64 {
     cloth.guesses.first().map_or(f64::INFINITY, |g| g.cost(cloth.grid.repeat))
+}
+
+/// Whether more threads explain a photograph clearly better than fewer.
+fn finer_is_better(coarse: &Cloth, fine: &Cloth) -> bool {
+    let gain = cost(fine) / cost(coarse);
+    if !(FINER_GAIN..CLOSE).contains(&gain) || fine.grid.repeat.crossings() > CLOSE_CROSSINGS {
+        return gain < FINER_GAIN;
+    }
+    // Pairs of threads that lie alike look like one, until their shape is fitted.
+    let sharp = |cloth: &Cloth| {
+        let (pitch, mut first) = (cloth.grid.pitch(), vec![cloth.guesses[0].clone()]);
+        labels::sharpen_all(&cloth.fold, &mut first, [pitch.x, pitch.y]);
+        first[0].cost(cloth.grid.repeat)
+    };
+    sharp(fine) < FINER_GAIN * sharp(coarse)
 }
 
 /// By how many threads those of a grid may have to be replaced, fewest first: groups of threads that lie alike repeat more coarsely than

@@ -124,6 +124,26 @@ fn grooves_are_measured_and_written() {
     }
 }
 
+#[test]
+fn pyramids_are_no_plain_cloth() {
+    let (pitch, angle) = (22.0, 3.0_f64.to_radians());
+    for light in [[0.9, 0.4, 0.7, 0.55], [0.8, 0.45, 0.8, 0.45], [0.9, 0.5, 0.5, 0.5]] {
+        let facet = |x: f64, y: f64| {
+            let (x, y) = (x * angle.cos() - y * angle.sin(), x * angle.sin() + y * angle.cos());
+            let (u, v) = ((x / pitch).rem_euclid(1.0) - 0.5, (y / pitch).rem_euclid(1.0) - 0.5);
+            // Edges a pixel wide, as a lens makes them.
+            let step = |d: f64| (0.5 + d * pitch / 1.5).clamp(0.0, 1.0);
+            let share = [step(u - v.abs()), step(-u - v.abs()), step(v - u.abs()), step(-v - u.abs())];
+            let sum: f64 = share.iter().sum();
+            share.iter().zip(light).map(|(s, l)| s * l).sum::<f64>() / sum.max(1e-9)
+        };
+        let found = see(&drawn(400, facet, 0.02));
+        let relief = found.relief.clone().unwrap_or_else(|| panic!("{light:?}: {found:?}"));
+        assert!(matches!(relief.profile, Profile::Pyramids) && found.weave.is_none(), "{light:?}: {relief:?}");
+        assert!(relief.period.iter().all(|p| (p.value / pitch - 1.0).abs() < 0.01), "{light:?}: {relief:?}");
+    }
+}
+
 /// A material file is read and built by the library.
 fn builds(text: &str) -> usize {
     let folder = tempfile::tempdir().unwrap();
