@@ -40,7 +40,7 @@ fn a_flat_sample_on_a_board() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let truth = FlatShoot::write(folder.path(), 900);
-    let found = capture(folder.path(), &flat_shoot::text(900));
+    let found = capture(folder.path(), &flat_shoot::text());
     eprintln!("{}", told(&found));
     // Camera.
     let camera = found.camera.as_ref().unwrap();
@@ -125,6 +125,6 @@ fn a_flat_sample_on_a_board() {
     // The same bits again.
     let report = std::fs::read(at("out/report.html")).unwrap();
     let json = std::fs::read(at("out/capture.json")).unwrap();
-    assert_eq!(capture(folder.path(), &flat_shoot::text(900)), found);
+    assert_eq!(capture(folder.path(), &flat_shoot::text()), found);
     assert!(std::fs::read(at("out/report.html")).unwrap() == report && std::fs::read(at("out/capture.json")).unwrap() == json);
 }
