@@ -2,6 +2,7 @@
 
 use super::class::Class;
 use super::fold::Fold;
+use super::gaps::Gaps;
 use super::grid::Repeat;
 use super::model::{Fit, Shape, Table};
 use biscale::geometry::weave::draft::Draft;
@@ -67,10 +68,13 @@ const FIRST_FILL: f64 = 0.85;
 /// many bins.
 ///
 /// With a `given` draft only its places in the repeat are compared.
-pub(super) fn search(coarse: &Fold, fine: &Fold, pitch: [f64; 2], given: Option<&Draft>) -> Vec<Guess> {
+/// Where dark holes are seen, threads lie between them, as wide as the holes leave: the brightest place of a thread is not its middle when light comes
+/// from one side.
+pub(super) fn search(coarse: &Fold, fine: &Fold, pitch: [f64; 2], gaps: Option<&Gaps>, given: Option<&Draft>) -> Vec<Guess> {
     let mut rated: Vec<Guess> = Vec::new();
-    for middle in middles(fine) {
-        let shape = Shape { middle, fill: [FIRST_FILL; 2], flatness: 0.35, bend: 1.0, aspect: pitch[1] / pitch[0] };
+    for middle in gaps.map_or_else(|| middles(fine), |g| vec![g.middle]) {
+        let shape =
+            Shape { middle, fill: gaps.map_or([FIRST_FILL; 2], |g| g.fill), flatness: 0.35, bend: 1.0, aspect: pitch[1] / pitch[0] };
         let table = Table::new(&shape, coarse);
         let rate = |labels: Vec<bool>| (table.residual(&labels), labels);
         let mut found: Vec<(f64, Vec<bool>)> = match given {
@@ -96,14 +100,14 @@ pub(super) fn search(coarse: &Fold, fine: &Fold, pitch: [f64; 2], given: Option<
         }));
     }
     best_variants(&mut rated, coarse.repeat, FINALISTS);
-    let mut refined: Vec<Guess> = rated.into_iter().map(|guess| refine(coarse, guess, 0.02)).collect();
+    let mut refined: Vec<Guess> = rated.into_iter().map(|guess| refine(coarse, guess, 0.02, gaps.is_some())).collect();
     best_variants(&mut refined, coarse.repeat, SHARPENED);
     refined
 }
 
 /// Fits the shapes of the best guesses with the blur of the lens and sorts them again.
-pub(super) fn sharpen_all(fine: &Fold, guesses: &mut Vec<Guess>, pitch: [f64; 2]) {
-    guesses.par_iter_mut().for_each(|guess| sharpen(fine, guess, pitch));
+pub(super) fn sharpen_all(fine: &Fold, guesses: &mut Vec<Guess>, pitch: [f64; 2], gaps: Option<&Gaps>) {
+    guesses.par_iter_mut().for_each(|guess| sharpen(fine, guess, pitch, gaps));
     best_distinct(guesses, fine.repeat, SHARPENED);
 }
 
@@ -294,15 +298,15 @@ fn middles(fold: &Fold) -> Vec<[f64; 2]> {
     across.iter().flat_map(|&s| along.iter().map(move |&t| [s, t])).collect()
 }
 
-/// Fits the shape: each parameter in turn by smaller and smaller steps.
-fn refine(fold: &Fold, mut guess: Guess, finest: f64) -> Guess {
+/// Fits the shape: each parameter in turn by smaller and smaller steps; of threads that are `placed` their heights only.
+fn refine(fold: &Fold, mut guess: Guess, finest: f64, placed: bool) -> Guess {
     guess.fit = guess.shape.fit(fold, &guess.labels);
     let mut step = 0.08;
     let mut rounds = 0;
     while step > finest && rounds < MAX_ROUNDS {
         rounds += 1;
         let mut moved = false;
-        for parameter in 0..6 {
+        for parameter in if placed { 4..6 } else { 0..6 } {
             for sign in [1.0, -1.0] {
                 let mut shape = guess.shape;
                 let change = sign * step;
@@ -331,13 +335,15 @@ fn refine(fold: &Fold, mut guess: Guess, finest: f64) -> Guess {
 /// Fits the shape of a guess together with the blur of the lens, and estimates how sure its widths are.
 ///
 /// A simplex search (Nelder and Mead 1965) over middle, widths, flatness, bend and blur, begun again around its own result.
-fn sharpen(fold: &Fold, guess: &mut Guess, pitch: [f64; 2]) {
+fn sharpen(fold: &Fold, guess: &mut Guess, pitch: [f64; 2], gaps: Option<&Gaps>) {
     let start = guess.shape;
+    // What holes tell is hardly moved.
+    let (usual, wide, moved) = gaps.map_or(([FIRST_FILL; 2], 0.06, 0.05), |g| (g.fill, 0.004, 0.01));
     // Unbounded parameters, each about 1 for a sensible change.
     let shape_of = |p: &[f64; 7]| {
         let mut shape = start;
-        (0..2).for_each(|k| shape.middle[k] = start.middle[k] + 0.05 * p[k]);
-        (0..2).for_each(|k| shape.fill[k] = (FIRST_FILL + 0.06 * p[2 + k]).clamp(0.3, 1.0));
+        (0..2).for_each(|k| shape.middle[k] = start.middle[k] + moved * p[k]);
+        (0..2).for_each(|k| shape.fill[k] = (usual[k] + wide * p[2 + k]).clamp(0.3, 1.0));
         shape.flatness = (0.4 * (0.4 * p[4]).exp()).clamp(0.1, 1.0);
         shape.bend = (1.1 * (0.3 * p[5]).exp()).clamp(0.4, 2.5);
         (shape, (0.8 * (0.3 * p[6]).exp()).clamp(0.3, 3.0))
@@ -351,7 +357,7 @@ fn sharpen(fold: &Fold, guess: &mut Guess, pitch: [f64; 2]) {
     // Widths have several minima: the search begins at the best of a few.
     let mut best = [0.0; 7];
     let mut value = f64::INFINITY;
-    for k in 0..18 {
+    for k in (0..18).filter(|_| gaps.is_none()) {
         let p = [0.0, 0.0, f64::from(k % 3) * 2.0 - 3.5, f64::from(k / 3 % 3) * 2.0 - 3.5, 0.0, f64::from(k / 9) * -2.0, 0.0];
         let shape = shape_of(&p).0;
         let now = shape.fit(fold, &guess.labels).residual * unlikely(&shape);
