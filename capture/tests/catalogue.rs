@@ -321,16 +321,11 @@ fn lights() {
     assert_code(&case.run(&format!("{}light = \"lamp 2\"\n", distant("a.png"))), "LIGHT_NOT_FOUND", Severity::Fail);
 }
 
-/// A cloth in place of the sample.
+/// A cloth that fills the picture.
 fn woven(pitch: f64) -> impl Fn(DVec2) -> [f64; 3] + Sync {
     const TWILL: [&[bool]; 4] =
         [&[true, true, false, false], &[false, true, true, false], &[false, false, true, true], &[true, false, false, true]];
-    move |p: DVec2| {
-        let q = p - 0.5 * board().size + DVec2::new(10.0, 7.5);
-        let inside = q.min(DVec2::new(20.0, 15.0) - q).min_element() >= 0.0;
-        let thread = |c: [f64; 3]| cloth(q, &TWILL, DVec2::splat(pitch), DVec2::splat(0.85 * pitch), c, [0.1, 0.15, 0.5]);
-        if inside { thread([0.5, 0.1, 0.1]) } else { print().at(p) }
-    }
+    move |p: DVec2| cloth(p, &TWILL, DVec2::splat(pitch), DVec2::splat(0.85 * pitch), [0.5, 0.1, 0.1], [0.1, 0.15, 0.5])
 }
 
 #[test]
@@ -347,9 +342,10 @@ fn what_close_ups_show_and_what_they_do_not() {
     // As a camera's sensor sees it, too: one colour a pixel, the others between.
     for studio in [plain.clone(), Studio { mosaic: true, ..plain.clone() }] {
         let found = seen(&woven(1.5), &studio, &none);
-        let weave = found.close_up.as_ref().unwrap().weave.as_ref().unwrap();
+        let weave =
+            found.close_up.as_ref().unwrap().weave.as_ref().unwrap_or_else(|| panic!("mosaic {}: {:?}", studio.mosaic, found.checks));
         assert_eq!(weave["class_name"], "twill 2/2 Z", "{weave}");
-        // Without a whole marker in view lengths are in pixels, and that is said.
+        // Without a marker in view lengths are in pixels, and that is said.
         let pitch = weave["warp"]["pitch"]["value"].as_f64().unwrap();
         assert!((pitch / (1.5 * scale) - 1.0).abs() < 0.01, "{pitch} px");
         assert_code(&found, "NO_SCALE", Severity::Warn);
