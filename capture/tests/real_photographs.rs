@@ -73,12 +73,12 @@ fn all_markers_of_the_aruco_and_charuco_photographs_are_found() {
     let ids: Vec<i32> = markers::detect(&gray, "DICT_6X6_250").unwrap().iter().map(|m| m.0).collect();
     assert_eq!(ids, [23, 40, 62, 98, 124, 203]);
     // The grid's 35 markers of 6 x 6 cells are of a dictionary made for it (`tutorial_dict.yml` of OpenCV's samples), whose bits are not at hand: they are of none
-    // of OpenCV's own, and none may be misread as one of ours.
+    // of OpenCV's own, and none may be misread as one of ours. The dictionaries of a thousand hold something like one of 35 by chance.
     let (_, gray) = read(root.join("gboriginal.png"));
     for dictionary in dictionaries() {
         let count = markers::detect(&gray, dictionary).unwrap().len();
         println!("gboriginal: {count} markers of {dictionary}");
-        assert!(count == 0 || (count < 5 && dictionary.starts_with("DICT_4X4")), "{count} of {dictionary}");
+        assert!(count <= if dictionary.ends_with("_1000") { 2 } else { 0 }, "{count} of {dictionary}");
     }
     let (_, gray) = read(root.join("choriginal.jpg"));
     let charuco = Board::charuco(5, 7, 40.0, 20.0, "DICT_6X6_250", true);
