@@ -52,6 +52,11 @@ pub fn ball_outline(edges: &[Vec<DVec3>], tolerance: f64) -> Option<Outline> {
         let nearest = edges.iter().filter_map(|e| e.iter().min_by(|a, b| off(c, a).total_cmp(&off(c, b))));
         nearest.filter(|d| off(c, d) <= tolerance).copied().collect()
     };
+    // The same count by cosines, which is quicker.
+    let count = |(axis, half_angle): (DVec3, f64)| {
+        let (sin, cos) = half_angle.sin_cos();
+        edges.iter().filter(|e| e.iter().any(|d| (axis.dot(*d) - cos).abs() <= tolerance * sin)).count()
+    };
     let third = edges.len() / 3;
     let mut cones: Vec<(usize, (DVec3, f64))> = Vec::new();
     for k in 0..third {
@@ -59,7 +64,7 @@ pub fn ball_outline(edges: &[Vec<DVec3>], tolerance: f64) -> Option<Outline> {
             for b in edges[k + third] {
                 for c in edges[k + 2 * third] {
                     let Some(found) = cone(&[*a, *b, *c]) else { continue };
-                    cones.push((agreeing(found).len(), found));
+                    cones.push((count(found), found));
                 }
             }
         }

@@ -65,14 +65,36 @@ pub fn sensor(photo: Photo, camera: &CameraSpec, srgb: bool) -> (Picture, Vec<bo
     let [r, g, b] = &picture.planes;
     let saturated = (0..r.len()).into_par_iter().map(|i| r[i] >= limit || g[i] >= limit || b[i] >= limit).collect();
     let scale = 1.0 / (1.0 - black);
+    let curve = if srgb { Curve::of(samples) } else { Curve(Vec::new()) };
     for plane in &mut picture.planes {
-        plane.par_iter_mut().for_each(|v| {
-            #[expect(clippy::cast_possible_truncation, reason = "samples are f32")]
-            let decoded = if srgb { srgb_to_linear(f64::from(*v)) as f32 } else { *v };
-            *v = (decoded - black) * scale;
-        });
+        plane.par_iter_mut().for_each(|v| *v = (if srgb { curve.decode(*v) } else { *v } - black) * scale);
     }
     (picture, saturated)
+}
+
+/// The curve of sRGB at every value that whole numbers of up to 16 bits have: a power a pixel is slow.
+struct Curve(Vec<f32>);
+
+impl Curve {
+    fn of(samples: Samples) -> Self {
+        let Samples::Integer(bits @ 1..=16) = samples else { return Self(Vec::new()) };
+        let top = (1_u32 << bits) - 1;
+        Self((0..=top).map(|k| decoded(f64::from(k) / f64::from(top))).collect())
+    }
+
+    fn decode(&self, encoded: f32) -> f32 {
+        if self.0.is_empty() {
+            return decoded(f64::from(encoded));
+        }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a float to an integer saturates")]
+        let k = (encoded * (self.0.len() - 1) as f32 + 0.5) as usize;
+        self.0[k.min(self.0.len() - 1)]
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "samples are f32")]
+fn decoded(encoded: f64) -> f32 {
+    srgb_to_linear(encoded) as f32
 }
 
 /// Merges brackets of one view: the sum of unsaturated values over the sum of their exposures, which weighs photons equally (Poisson noise).
@@ -167,6 +189,20 @@ mod tests {
         let (picture, saturated) = sensor(photo, &camera(), false);
         assert!((picture.planes[0][1] - 0.5).abs() < 1e-6 && picture.planes[0][0].abs() < 1e-6);
         assert_eq!(saturated, [false, false, true]);
+    }
+
+    #[test]
+    fn the_table_of_srgb_is_its_curve() {
+        for (bits, step) in [(8_u8, 1), (16, 97)] {
+            let top = f64::from((1_u32 << bits) - 1);
+            let values: Vec<f32> = (0..=top as u32).step_by(step).map(|k| (f64::from(k) / top) as f32).collect();
+            let photo = Photo { picture: one(&values), samples: Samples::Integer(bits), metadata: Metadata::default() };
+            let straight = CameraSpec { black: 0.0, ..camera() };
+            let (picture, _) = sensor(photo, &straight, true);
+            for (found, encoded) in picture.planes[1].iter().zip(&values) {
+                assert!((f64::from(*found) - srgb_to_linear(f64::from(*encoded))).abs() < 1e-7, "{found} for {encoded}");
+            }
+        }
     }
 
     #[test]

@@ -65,8 +65,20 @@ impl Picture {
         let (i, j) = (x.floor() as usize, y.floor() as usize);
         #[expect(clippy::cast_possible_truncation, reason = "weights are f32")]
         let (wx, wy) = (catmull_rom((x - i as f64) as f32), catmull_rom((y - j as f64) as f32));
-        let columns: [usize; 4] = std::array::from_fn(|k| (i + k).saturating_sub(1).min(self.width - 1));
         let mut out = [0.0_f32; 3];
+        if i >= 1 && i + 2 < self.width && j >= 1 && j + 2 < self.height {
+            // The usual case, with one check of bounds a line.
+            for (o, plane) in out.iter_mut().zip(&self.planes) {
+                for (k, weight) in wy.iter().enumerate() {
+                    let start = (j + k - 1) * self.width + i - 1;
+                    let line = &plane[start..start + 4];
+                    *o += weight * (wx[0] * line[0] + wx[1] * line[1] + wx[2] * line[2] + wx[3] * line[3]);
+                }
+                *o = o.max(0.0);
+            }
+            return Some(out);
+        }
+        let columns: [usize; 4] = std::array::from_fn(|k| (i + k).saturating_sub(1).min(self.width - 1));
         for k in 0..4 {
             let row = (j + k).saturating_sub(1).min(self.height - 1) * self.width;
             for (o, plane) in out.iter_mut().zip(&self.planes) {
@@ -114,6 +126,27 @@ pub fn read(path: &Path) -> Result<Photo> {
         _ => [first.clone(), first.clone(), first],
     };
     Ok(Photo { picture: Picture { width, height, planes }, samples, metadata })
+}
+
+/// Width and height of a photograph, without its pixels where its format tells them first.
+///
+/// # Errors
+/// As [`read`].
+pub fn size(path: &Path) -> Result<(usize, usize)> {
+    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    let told = match &*ending {
+        "exr" => exr::meta::MetaData::read_from_file(path, false)
+            .ok()
+            .and_then(|meta| meta.headers.first().map(|h| (h.layer_size.width(), h.layer_size.height()))),
+        _ => image::ImageReader::open(path)
+            .ok()
+            .and_then(|reader| reader.into_dimensions().ok())
+            .map(|(width, height)| (width as usize, height as usize)),
+    };
+    match told {
+        Some(size) => Ok(size),
+        None => read(path).map(|photo| (photo.picture.width, photo.picture.height)),
+    }
 }
 
 /// Bits of a whole number in a PNG or TIFF; 8 where it cannot be told.
@@ -183,6 +216,7 @@ mod tests {
             let photo = read(&path).unwrap();
             assert_eq!(photo.samples, Samples::Integer(bits), "{name}");
             assert_eq!((photo.picture.width, photo.picture.height), (3, 2));
+            assert_eq!(size(&folder.path().join(name)).unwrap(), (3, 2), "{name}");
         }
         let photo = read(&folder.path().join("a.png")).unwrap();
         assert_eq!(photo.picture.at(2, 1), [2000.0 / 65535.0, 0.0, 1.0]);

@@ -17,7 +17,11 @@ pub struct Masked {
 
 /// Samples `photo` at `source(column, row)` for every pixel of a new picture; `saturated` belongs to `photo`.
 fn resample(photo: &Picture, saturated: &[bool], width: usize, height: usize, source: &(dyn Fn(DVec2) -> Option<DVec2> + Sync)) -> Masked {
+    let any = saturated.par_iter().any(|s| *s);
     let clean = |p: DVec2| {
+        if !any {
+            return true;
+        }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "inside of the picture")]
         let (i, j) = (p.x.round() as usize, p.y.round() as usize);
         // All pixels that the interpolation may touch.
@@ -50,8 +54,9 @@ pub fn undistort(photo: Picture, saturated: &[bool], lens: &Lens) -> Masked {
 /// Which pixels of an undistorted photograph show the sample, with its normal less than this from the view.
 const GRAZING_DEG: f64 = 80.0;
 
-/// Which pixels of an undistorted photograph show the sample, `border` px inside of its outline, not at grazing angles.
-pub fn sample_mask(shape: &Shape, pose: &Pose, pinhole: &Lens, border: f64) -> Vec<bool> {
+/// Which pixels of an undistorted photograph show the sample, `border` px inside of its outline (right, left, up and down of them it is seen, too), not at
+/// grazing angles.
+pub fn sample_mask(shape: &Shape, pose: &Pose, pinhole: &Lens, border: usize) -> Vec<bool> {
     let eye = pose.eye();
     let back = pose.rotation.transpose();
     let least = GRAZING_DEG.to_radians().cos();
@@ -59,12 +64,20 @@ pub fn sample_mask(shape: &Shape, pose: &Pose, pinhole: &Lens, border: f64) -> V
         let direction = (back * pinhole.place(pixel).extend(1.0)).normalize();
         shape.hit(eye, direction).is_some_and(|place| -place.normal.dot(direction) > least)
     };
-    let width = pinhole.width;
-    let mut out = vec![false; width * pinhole.height];
+    let (width, height) = (pinhole.width, pinhole.height);
+    // Each pixel is looked at once, a border around the picture as well.
+    let wide = width + 2 * border;
+    let mut seen = vec![false; wide * (height + 2 * border)];
+    seen.par_chunks_mut(wide).enumerate().for_each(|(row, line)| {
+        for (column, inside) in line.iter_mut().enumerate() {
+            *inside = sees(DVec2::new(column as f64 - border as f64, row as f64 - border as f64));
+        }
+    });
+    let mut out = vec![false; width * height];
     out.par_chunks_mut(width).enumerate().for_each(|(row, line)| {
         for (column, inside) in line.iter_mut().enumerate() {
-            let p = DVec2::new(column as f64, row as f64);
-            *inside = [(0.0, 0.0), (border, 0.0), (-border, 0.0), (0.0, border), (0.0, -border)].iter().all(|&d| sees(p + DVec2::from(d)));
+            let at = (row + border) * wide + column + border;
+            *inside = seen[at] && seen[at - border] && seen[at + border] && seen[at - border * wide] && seen[at + border * wide];
         }
     });
     out
@@ -255,7 +268,7 @@ mod tests {
         let shape = Shape::Cylinder { radius: 15.0, height: 40.0, arc_deg: [0.0, 360.0] };
         let pose = Pose::looking_at(DVec3::new(100.0, 0.0, 0.0), DVec3::ZERO, DVec3::Z);
         let pinhole = lens().pinhole();
-        let mask = sample_mask(&shape, &pose, &pinhole, 2.0);
+        let mask = sample_mask(&shape, &pose, &pinhole, 2);
         let row: Vec<usize> = (0..300).filter(|&c| mask[103 * 300 + c]).collect();
         // The silhouette is at 400 * 15 / sqrt(100^2 - 15^2) = 60.7 px; 80 degrees to the view are seen a little inside of it.
         let half = (row[row.len() - 1] - row[0]) as f64 / 2.0;

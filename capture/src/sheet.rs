@@ -91,8 +91,9 @@ struct Wrap {
     target: Target,
     fit: Fit,
     dictionary: String,
-    seam_mm: f64,
     origin_mm: [f64; 2],
+    turned: bool,
+    joined_size_mm: [f64; 2],
     markers: Vec<PageMarker>,
     patches: Vec<PagePatch>,
     /// What each page holds, of a sheet that is glued together of several.
@@ -115,6 +116,9 @@ struct PagePatch {
     patch: Patch,
     #[serde(default = "first")]
     page: usize,
+    /// Whether it is still on the sheet when that is cut out.
+    #[serde(default)]
+    kept: bool,
 }
 
 fn first() -> usize {
@@ -126,7 +130,7 @@ impl Wrap {
     /// its wrapped area. The patches are those of the first page then, shifted as it is.
     fn placed(self) -> Option<(Vec<Marker>, DVec2, Vec<Patch>)> {
         let origin = DVec2::from(self.origin_mm);
-        let of_first = self.patches.into_iter().filter(|p| p.page == 1).map(|p| p.patch);
+        let of_first = self.patches.into_iter().filter(|p| p.page == 1 && p.kept).map(|p| p.patch);
         if self.pages.len() < 2 {
             return Some((self.markers.into_iter().map(|m| m.marker).collect(), origin, of_first.collect()));
         }
@@ -144,8 +148,6 @@ struct Fit {
 
 /// Most bytes of a sidecar.
 const MAX_BYTES: u64 = 1 << 26;
-/// What the markers' own rectangle is larger than the placed area: a marker of 14 mm and 2 mm of white on each side, less the outer white.
-const FRAME: f64 = 2.0 * (14.0 + 2.0);
 
 impl Sheet {
     /// Reads a sidecar.
@@ -163,28 +165,23 @@ impl Sheet {
         let sidecar: Sidecar = serde_json::from_slice(&bytes).map_err(|e| bad(format!("this is no sidecar of a sheet: {e}")))?;
         let wrap = sidecar.wrap.ok_or_else(|| bad("this sheet was not made for an object (`--on`): it has no markers".into()))?;
         let thickness = sidecar.recipe.map_or(0.0, |r| r.thickness);
-        let (extent, seam) = match wrap.target {
-            Target::Plane { width, height } => (DVec2::new(width, height), 0.0),
-            Target::Cylinder { height, .. } => (DVec2::new(wrap.fit.pitch_mm * wrap.fit.around, height), wrap.seam_mm),
+        let extent = match wrap.target {
+            Target::Plane { width, height } => DVec2::new(width, height),
+            Target::Cylinder { height, .. } => DVec2::new(wrap.fit.pitch_mm * wrap.fit.around, height),
             Target::Cone {} | Target::Box {} => {
                 return Err(bad("a photograph of a cone or a box cannot be registered".into()));
             }
         };
+        let (turned, placed) = (wrap.turned, DVec2::from(wrap.joined_size_mm));
         let (target, dictionary) = (wrap.target, wrap.dictionary.clone());
         let Some((markers, origin, patches)) = wrap.placed() else {
             return Err(bad("its markers lack their places on the joined sheet".into()));
         };
         let finite = |v: DVec2| v.is_finite() && v.min_element() > 0.0;
         let numbers = markers.iter().flat_map(|m| m.corners_mm.as_flattened()).all(|v| v.is_finite());
-        if !finite(extent) || !thickness.is_finite() || !numbers || markers.is_empty() {
+        if !finite(extent) || !finite(placed) || !thickness.is_finite() || !numbers || markers.is_empty() {
             return Err(bad("its lengths or markers are missing or not finite".into()));
         }
-        let corners = || markers.iter().flat_map(|m| m.corners_mm.iter().map(|&c| DVec2::from(c)));
-        let (low, high) = corners().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
-        let placed = high - low - FRAME;
-        let upright = extent + DVec2::new(seam, 0.0);
-        // Which of the two it is, by what fits better: the sidecar does not say.
-        let turned = placed.distance(upright) > placed.distance(DVec2::new(upright.y, upright.x));
         Ok(Self { target, thickness, extent, origin, placed, turned, markers, dictionary, patches })
     }
 
@@ -199,7 +196,7 @@ impl Sheet {
 mod tests {
     use super::*;
     use biscale_fabricate::layout::Paper;
-    use biscale_fabricate::target::{SEAM, Target as Object};
+    use biscale_fabricate::target::Target as Object;
     use biscale_fabricate::wrap::{Wrap, wrap};
     use serde_json::json;
 
@@ -212,7 +209,8 @@ mod tests {
         let sidecar = json!({
             "recipe": { "thickness": 0.1 },
             "wrap": {
-                "target": object, "fit": fit, "dictionary": "DICT_5X5_100", "seam_mm": SEAM, "origin_mm": made.parts[0].origin_mm,
+                "target": object, "fit": fit, "dictionary": "DICT_5X5_100", "origin_mm": made.parts[0].origin_mm,
+                "turned": made.turned, "joined_size_mm": made.size.to_array(),
                 "pages": made.parts, "markers": made.markers, "patches": made.patches,
             },
         });
@@ -240,7 +238,8 @@ mod tests {
                 let outside = (-p).max(p - whole).max_element();
                 assert!(outside > 1.9 && outside < 16.1, "{object}: a marker's corner at {p}");
             }
-            assert!(read.patches.iter().filter(|p| p.kind == "white").count() == 1);
+            // Only what is left when the sheet is cut.
+            assert_eq!(read.patches.iter().filter(|p| p.kind == "white").count(), usize::from(made.margins[1] > 0.0), "{object}");
         }
     }
 }

@@ -320,3 +320,147 @@ fn lights() {
     assert_eq!(assert_code(&case.run(&both), "SAME_LIGHT", Severity::Warn).map(f64::round), Some(0.0));
     assert_code(&case.run(&format!("{}light = \"lamp 2\"\n", distant("a.png"))), "LIGHT_NOT_FOUND", Severity::Fail);
 }
+
+/// A cloth that fills the picture.
+fn woven(pitch: f64) -> impl Fn(DVec2) -> [f64; 3] + Sync {
+    const TWILL: [&[bool]; 4] =
+        [&[true, true, false, false], &[false, true, true, false], &[false, false, true, true], &[true, false, false, true]];
+    move |p: DVec2| cloth(p, &TWILL, DVec2::splat(pitch), DVec2::splat(0.85 * pitch), [0.5, 0.1, 0.1], [0.1, 0.15, 0.5])
+}
+
+#[test]
+fn what_close_ups_show_and_what_they_do_not() {
+    let case = Case::new();
+    let near = Pose::looking_at(DVec3::new(3.0, -10.0, 100.0), DVec3::ZERO, DVec3::Y);
+    let photo = "[[photo]]\nrole = \"close-up\"\nfile = \"near.png\"\nseconds = 1\n";
+    let seen = |paint: &(dyn Fn(DVec2) -> [f64; 3] + Sync), studio: &Studio, options: &Options| {
+        case.save("near.png", &studio.photograph(&case.scene(paint), &near, 1.0));
+        case.run_with(&case.given(), photo, options)
+    };
+    let (plain, none) = (case.studio.clone(), Options::default());
+    let scale = plain.lens.focal.x / near.eye().length();
+    // As a camera's sensor sees it, too: one colour a pixel, the others between.
+    for studio in [plain.clone(), Studio { mosaic: true, ..plain.clone() }] {
+        let found = seen(&woven(1.5), &studio, &none);
+        let weave =
+            found.close_up.as_ref().unwrap().weave.as_ref().unwrap_or_else(|| panic!("mosaic {}: {:?}", studio.mosaic, found.checks));
+        assert_eq!(weave["class_name"], "twill 2/2 Z", "{weave}");
+        // Without a marker in view lengths are in pixels, and that is said.
+        let pitch = weave["warp"]["pitch"]["value"].as_f64().unwrap();
+        assert!((pitch / (1.5 * scale) - 1.0).abs() < 0.01, "{pitch} px");
+        assert_code(&found, "NO_SCALE", Severity::Warn);
+    }
+    // Threads of 4 pixels; no threads; and a draft that this cloth cannot have.
+    let pixels = assert_code(&seen(&woven(0.55), &plain, &none), "UNDERSAMPLED", Severity::Warn).unwrap();
+    assert!((pixels - 0.55 * scale).abs() < 0.1, "{pixels}");
+    let found = seen(&|_| [0.6; 3], &plain, &none);
+    assert_code(&found, "NO_PERIOD", Severity::Fail);
+    assert!(!found.usable && found.material.is_none());
+    let other = Options { draft: Some(biscale::geometry::weave::draft::Draft::shifted(4, 1, 2)), ..Options::default() };
+    assert_code(&seen(&woven(1.5), &plain, &other), "AMBIGUOUS_WEAVE", Severity::Warn);
+}
+
+#[test]
+fn a_mosaicked_photograph_is_registered_as_well() {
+    let case = Case::new();
+    let studio = Studio { mosaic: true, ..case.studio.clone() };
+    case.save("a.png", &studio.photograph(&case.scene(sample), &case.pose, 1.0));
+    let found = case.run(&distant("a.png"));
+    assert_clean(&found);
+    let pose = found.photographs[0].pose.as_ref().unwrap();
+    let got = Pose { rotation: glam::DMat3::from_cols_array_2d(&pose.rotation).transpose(), translation: pose.translation_mm.into() };
+    let (shift, turn) = (got.translation.distance(case.pose.translation), got.angle_to(&case.pose).to_degrees());
+    assert!(shift < 0.2 && turn < 0.2, "{shift} mm, {turn} degrees");
+}
+
+/// A sheet of ours for an object, as sidecar in a folder, and what is printed on it by places of the page.
+fn our_sheet(folder: &std::path::Path, object: &str) -> (biscale_capture::sheet::Sheet, impl Fn(DVec2) -> [f64; 3] + Sync + use<>) {
+    use biscale_fabricate::{layout::Paper, target, wrap};
+    let colours = [[0.6, 0.05, 0.05], [0.05, 0.5, 0.1], [0.05, 0.1, 0.6]];
+    let object = target::Target::parse(object).unwrap();
+    let fit = object.fit(DVec2::splat(5.0), 0.1);
+    let paper = Paper { name: "p", size: DVec2::new(420.0, 297.0), roll: false, margin: 10.0, inset: 0.0 };
+    let made = wrap::wrap(object, fit, 0.1, &colours, paper, "t").unwrap();
+    assert!(!made.turned && made.pages.len() == 1);
+    let sidecar = serde_json::json!({
+        "recipe": { "thickness": 0.1 },
+        "wrap": {
+            "target": object, "fit": fit, "dictionary": "DICT_5X5_100", "origin_mm": made.parts[0].origin_mm, "turned": made.turned,
+            "joined_size_mm": made.size.to_array(), "pages": made.parts, "markers": made.markers, "patches": made.patches,
+        },
+    });
+    let file = folder.join("sheet.json");
+    std::fs::write(&file, sidecar.to_string()).unwrap();
+    let sheet = biscale_capture::sheet::Sheet::read(&file).unwrap();
+    let print = Print::new(&Board::of_sheet(&sheet), &flat_shoot::bits);
+    let patches = sheet.patches.clone();
+    let paint = move |page: DVec2| {
+        let on = patches.iter().find(|p| {
+            let [low, high] = p.rectangle_mm.map(DVec2::from);
+            page.cmpge(low).all() && page.cmplt(high).all()
+        });
+        on.map_or_else(|| print.at(page), |p| p.linear_rgb)
+    };
+    (sheet, paint)
+}
+
+fn capture_of_sheet(folder: &std::path::Path, studio: &Studio) -> Capture {
+    let l = studio.lens;
+    let text = format!(
+        "format = 1\n[camera]\nfocal_px = [{}, {}]\ncentre_px = [{}, {}]\ndistortion = {:?}\n[sample]\nsheet = \"sheet.json\"\n[[light]]\n\
+         direction = [0.45, -0.25, 0.86]\n[[photo]]\nrole = \"distant\"\nfile = \"a.png\"\nseconds = 1\n",
+        l.focal.x, l.focal.y, l.centre.x, l.centre.y, l.distortion
+    );
+    let shoot = Shoot::parse(&Source { path: folder.join("shoot.toml"), text }).unwrap_or_else(|e| panic!("{e}"));
+    let out = folder.join("out");
+    std::fs::create_dir_all(&out).unwrap();
+    let control = Control { cancel: &AtomicBool::new(false), progress: &|_, _| {}, clock: &|| 0.0 };
+    run(&shoot, &Options::default(), &out, &control).unwrap()
+}
+
+#[test]
+fn the_patches_of_our_own_sheet_tell_colours() {
+    const COLOUR: [f64; 3] = [0.5, 0.2, 0.1];
+    let case = Case::new();
+    let (sheet, paint) = our_sheet(case.folder.path(), "plane:width=60,height=50");
+    let extent = sheet.extent;
+    let page = move |p: DVec2| {
+        let on = p - 0.5 * PAGE + 0.5 * extent;
+        if on.min(extent - on).min_element() >= 0.0 { COLOUR } else { paint(on + sheet.origin) }
+    };
+    let pose = Pose::looking_at(DVec3::new(10.0, -30.0, 250.0), DVec3::new(0.0, -12.0, 0.0), DVec3::Y);
+    let scene = Scene::new(Shape::Plane(PAGE), case.light, Box::new(page));
+    case.save("a.png", &case.studio.photograph(&scene, &pose, 1.0));
+    let found = capture_of_sheet(case.folder.path(), &case.studio);
+    let colour = found.colour.as_ref().unwrap();
+    assert_eq!(colour.source, "sheet");
+    assert!(colour.delta_e.len() >= 10 && colour.delta_e.iter().all(|e| *e < 2.0), "{:?}", colour.delta_e);
+    let image = biscale::image_file::read(&case.folder.path().join("out/distant.exr")).unwrap();
+    let lens = case.studio.lens;
+    let middle = lens.pinhole().project(pose.to_camera(DVec3::ZERO)).unwrap().round();
+    let at = middle.y as usize * lens.width + middle.x as usize;
+    for (c, truth) in COLOUR.iter().enumerate() {
+        let mean = [at - 1, at, at + 1].map(|i| f64::from(image.channels[c][i])).iter().sum::<f64>() / 3.0;
+        assert!((mean / truth - 1.0).abs() < 0.05, "channel {c}: {mean} for {truth}");
+    }
+}
+
+#[test]
+fn a_sheet_printed_too_small_for_its_cylinder_is_told() {
+    let case = Case::new();
+    let (sheet, paint) = our_sheet(case.folder.path(), "cylinder:radius=30,height=60");
+    let outer = 30.1;
+    for (scale, severity) in [(1.0, Severity::Ok), (0.95, Severity::Fail)] {
+        let (paint, origin, height) = (&paint, sheet.origin, sheet.extent.y);
+        let shape = Shape::Cylinder { radius: outer, height: 110.0, arc_deg: [0.0, 360.0] };
+        // Places of the cylinder count from its lower rim.
+        let page = move |p: DVec2| paint((p - DVec2::new(0.0, 55.0)) / scale + DVec2::new(0.0, 0.5 * height) + origin);
+        let pose = Pose::looking_at(DVec3::new(60.0, 160.0, 30.0), DVec3::ZERO, DVec3::Z);
+        let scene = Scene::new(shape, DVec3::new(0.5, 0.7, 0.5), Box::new(page));
+        let studio = Studio { vignetting: [0.0; 3], ..Studio::new(900, 900) };
+        case.save("a.png", &studio.photograph(&scene, &pose, 1.0));
+        let found = capture_of_sheet(case.folder.path(), &studio);
+        let off = assert_code(&found, "SCALE_MISMATCH", severity).unwrap();
+        assert!(if scale == 1.0 { off < 0.005 } else { off > 0.02 }, "{off} for {scale}");
+    }
+}

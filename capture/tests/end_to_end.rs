@@ -40,7 +40,7 @@ fn a_flat_sample_on_a_board() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let truth = FlatShoot::write(folder.path(), 900);
-    let found = capture(folder.path(), &flat_shoot::text(900));
+    let found = capture(folder.path(), &flat_shoot::text());
     eprintln!("{}", told(&found));
     // Camera.
     let camera = found.camera.as_ref().unwrap();
@@ -115,7 +115,7 @@ fn a_flat_sample_on_a_board() {
     for (name, pitch, width) in [("warp", truth.pitch.x, 1.3), ("weft", truth.pitch.y, 1.1)] {
         let value = |key: &str| weave[name][key]["value"].as_f64().unwrap();
         assert!((value("pitch") / pitch - 1.0).abs() < 0.01, "{name}: pitch {} for {pitch}", value("pitch"));
-        // Twelve pixels a thread, and shading that is not that of the model.
+        // Twelve pixels a thread, and its light jumps at the edges of threads, which are taken for round ones: a blur of .8 px makes them 6 % too wide.
         assert!((value("width") / width - 1.0).abs() < 0.08, "{name}: width {} for {width}", value("width"));
     }
     assert_eq!(weave["class"]["name"], "twill");
@@ -125,6 +125,6 @@ fn a_flat_sample_on_a_board() {
     // The same bits again.
     let report = std::fs::read(at("out/report.html")).unwrap();
     let json = std::fs::read(at("out/capture.json")).unwrap();
-    assert_eq!(capture(folder.path(), &flat_shoot::text(900)), found);
+    assert_eq!(capture(folder.path(), &flat_shoot::text()), found);
     assert!(std::fs::read(at("out/report.html")).unwrap() == report && std::fs::read(at("out/capture.json")).unwrap() == json);
 }

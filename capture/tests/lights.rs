@@ -48,12 +48,13 @@ fn a_mirror_ball_tells_the_light_within_a_degree() {
             outline.half_angle * studio.lens.focal.x,
             half * studio.lens.focal.x
         );
-        let all = circle::candidates(&Gray::of(&picture, false)).unwrap();
-        eprintln!(
-            "of {} circles the nearest is {:?} px away",
-            all.len(),
-            all.iter().map(|c| seen.distance(DVec2::new(c[0], c[1]))).min_by(f64::total_cmp)
-        );
+        // Without a word from the user: a spot stands out, and one of the circles around it is the ball's outline.
+        let spots = circle::spots(&picture);
+        assert!(spots.iter().any(|s| s.0.distance(spot) < 2.0), "{light}: {spots:?} for {spot}");
+        let all = circle::around(&Gray::of(&picture, false), spots[0].0, spots[0].1).unwrap();
+        let nearest = all.iter().map(|c| seen.distance(DVec2::new(c[0], c[1])).max((c[2] - radius).abs())).fold(f64::INFINITY, f64::min);
+        eprintln!("of {} circles the nearest is {nearest:.1} px off", all.len());
+        assert!(nearest < 0.12 * radius, "{light}: {nearest} px of {radius}");
         assert!(off < 1.0, "{light}: {off} degrees");
     }
 }

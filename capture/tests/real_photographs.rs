@@ -5,6 +5,7 @@
 use biscale_capture::board::Board;
 use biscale_capture::colour::{grey_exponent, lab};
 use biscale_capture::photo::{self, Photo};
+use biscale_capture::shoot::dictionaries;
 use biscale_capture::vision::calibrate::{View, calibrate};
 use biscale_capture::vision::{Gray, board, checker, markers};
 use std::path::PathBuf;
@@ -71,10 +72,13 @@ fn all_markers_of_the_aruco_and_charuco_photographs_are_found() {
     let (_, gray) = read(root.join("singlemarkersoriginal.jpg"));
     let ids: Vec<i32> = markers::detect(&gray, "DICT_6X6_250").unwrap().iter().map(|m| m.0).collect();
     assert_eq!(ids, [23, 40, 62, 98, 124, 203]);
-    // The grid's markers are of a dictionary made for it, whose bits are not at hand: none may be misread as one of ours.
+    // The grid's 35 markers of 6 x 6 cells are of a dictionary made for it (`tutorial_dict.yml` of OpenCV's samples), whose bits are not at hand: they are of none
+    // of OpenCV's own, and none may be misread as one of ours. The dictionaries of a thousand hold something like one of 35 by chance.
     let (_, gray) = read(root.join("gboriginal.png"));
-    for dictionary in ["DICT_6X6_250", "DICT_5X5_100"] {
-        assert!(markers::detect(&gray, dictionary).unwrap().is_empty(), "{dictionary}");
+    for dictionary in dictionaries() {
+        let count = markers::detect(&gray, dictionary).unwrap().len();
+        println!("gboriginal: {count} markers of {dictionary}");
+        assert!(count <= if dictionary.ends_with("_1000") { 2 } else { 0 }, "{count} of {dictionary}");
     }
     let (_, gray) = read(root.join("choriginal.jpg"));
     let charuco = Board::charuco(5, 7, 40.0, 20.0, "DICT_6X6_250", true);

@@ -1,7 +1,8 @@
 //! The sheet that is wrapped around a large object and that the folded material is glued onto (Wu et al. 2011, Fig. 9).
 //!
 //! It shows where every period begins, by numbered lines; markers around it let a photograph of it be registered, and patches of known
-//! colours let printed colours be measured. A sheet larger than the page is printed on several, which overlap: each but the last ones reaches
+//! colours let printed colours be measured. All of them stay on the sheet when it is cut: around a plane on every side, on what goes around an object above
+//! and below the material, never at the seam, where they would cover each other. Only a cone has none. A sheet larger than the page is printed on several, which overlap: each but the last ones reaches
 //! under its right and its upper neighbour, up to whose edges lines with crosses lead. Markers stand along the whole sheet's border only. All of it also
 //! stands in the sidecar, in mm on the page and on the joined sheet.
 
@@ -9,7 +10,7 @@ use crate::aruco::{CELLS, DICT_5X5_100, is_white};
 use crate::drawing::{BLACK, Item, Layer, Mark, Page, Style, srgb};
 use crate::layout::Paper;
 use crate::sheets::footer;
-use crate::target::{Fit, Target};
+use crate::target::{Fit, SEAM, Target};
 use biscale::error::BadInput;
 use glam::DVec2;
 use i_overlay::core::fill_rule::FillRule;
@@ -61,6 +62,8 @@ pub struct Patch {
     pub page: usize,
     /// What was sent to the printer, linear RGB.
     pub linear_rgb: [f64; 3],
+    /// Whether it is still on the sheet when that is cut out; else it is photographed by itself.
+    pub kept: bool,
     /// Lower left and upper right corner, mm.
     pub rectangle_mm: [[f64; 2]; 2],
 }
@@ -93,6 +96,8 @@ pub struct Wrap {
     pub size: DVec2,
     /// Whether the periods follow each other upwards on it, and not to the right.
     pub turned: bool,
+    /// What is cut out: how far beyond the placed area to the left, below, to the right and above, mm.
+    pub margins: [f64; 4],
 }
 
 /// How the sheet lies: turned by a right angle or not, and cut into parts.
@@ -160,8 +165,17 @@ pub fn wrap(target: Target, fit: Fit, thickness: f64, colours: &[[f64; 3]], pape
     }
     let joined: Vec<DVec2> = outline.iter().map(|&p| plan.at(p)).collect();
     let lines = lines(target, fit, target.extent(thickness));
-    let mut out =
-        Wrap { pages: Vec::new(), parts: Vec::new(), markers: Vec::new(), patches: Vec::new(), size: plan.size, turned: plan.turned };
+    let frame = Frame::new(target, plan.turned);
+    let outline = frame.outline(&joined, plan.size);
+    let mut out = Wrap {
+        pages: Vec::new(),
+        parts: Vec::new(),
+        markers: Vec::new(),
+        patches: Vec::new(),
+        size: plan.size,
+        turned: plan.turned,
+        margins: frame.margins,
+    };
     let origin = corner + DVec2::new(BORDER, BORDER + STRIP);
     let mut places: Vec<(usize, DVec2)> = Vec::new();
     for (j, &(y, height)) in plan.cuts[1].iter().enumerate() {
@@ -173,8 +187,19 @@ pub fn wrap(target: Target, fit: Fit, thickness: f64, colours: &[[f64; 3]], pape
                 page.size.y = (origin.y + height + BORDER + paper.margin + paper.inset).ceil();
             }
             let shift = origin - part[0];
+            let outer = [i == 0, j == 0, i + 1 == columns, j + 1 == rows];
             draw_lines(&mut page, &plan, &lines, part, shift, fit.pitch_mm);
-            for polygon in cut_out(&joined, part) {
+            if frame.margins != [0.0; 4] {
+                // Where the material ends, inside of what is cut out.
+                for k in 0..joined.len() {
+                    let ends = [joined[k], joined[(k + 1) % joined.len()]];
+                    if let Some(ends) = clip_segment(ends, part) {
+                        page.line(Layer::Print, Style::Thin, &ends.map(|p| p + shift), false);
+                    }
+                }
+            }
+            let room = frame.part(part, outer);
+            for polygon in cut_out(&outline, room) {
                 page.items.push(Item {
                     layer: Layer::Cut,
                     mark: Mark::Line { points: polygon.iter().map(|&p| p + shift).collect(), closed: true, style: Style::Cut },
@@ -182,9 +207,14 @@ pub fn wrap(target: Target, fit: Fit, thickness: f64, colours: &[[f64; 3]], pape
                 });
             }
             joins(&mut page, part, shift, [i + 1 < columns, j + 1 < rows], [i > 0, j > 0], number, columns);
-            let outer = [i == 0, j == 0, i + 1 == columns, j + 1 == rows];
-            places.extend(marker_places(part, outer).into_iter().map(|p| (number, p)));
-            out.patches.extend(patches(&mut page, colours, corner, paper.size.x - 2.0 * corner.x, number));
+            places.extend(marker_places(part, outer, &frame, plan.size).into_iter().map(|p| (number, p)));
+            // From the left edge of what is cut out, if the strip is a part of it.
+            let strip = if frame.marked[1] && j == 0 {
+                room.map(|p| p + shift)
+            } else {
+                [corner, paper.size - corner].map(|p| DVec2::new(p.x, -1.0))
+            };
+            out.patches.extend(patches(&mut page, colours, DVec2::new(strip[0].x + QUIET, corner.y), strip, number));
             let several = if count > 1 { format!(", sheet {number} of {count}") } else { String::new() };
             footer(
                 &mut page,
@@ -217,6 +247,48 @@ pub fn wrap(target: Target, fit: Fit, thickness: f64, colours: &[[f64; 3]], pape
         out.markers.push(Marker { id, page: number, corners_mm: joined.map(|[x, y]| [x + shift.x, y + shift.y]), joined_mm: joined });
     }
     Ok(out)
+}
+
+/// Sides of the joined sheet in the order left, lower, right, upper: which have markers, and what is cut out beyond the placed area, mm.
+struct Frame {
+    marked: [bool; 4],
+    margins: [f64; 4],
+    /// Length of the seam at the right or, where the sheet lies turned, upper side: it is glued under the other end.
+    seam: DVec2,
+}
+
+impl Frame {
+    fn new(target: Target, turned: bool) -> Self {
+        let marked = match target {
+            Target::Plane { .. } => [true; 4],
+            // What leads around the object meets itself: nothing may stand there.
+            Target::Cylinder { .. } | Target::Box { .. } => [turned, !turned, turned, !turned],
+            Target::Cone { .. } => [false; 4],
+        };
+        let mut margins = marked.map(|m| if m { BORDER } else { 0.0 });
+        if marked[1] {
+            // The strip of patches lies below.
+            margins[1] += STRIP;
+        }
+        let seam = if target.closes() { SEAM } else { 0.0 };
+        Self { marked, margins, seam: if turned { DVec2::new(0.0, seam) } else { DVec2::new(seam, 0.0) } }
+    }
+
+    /// What is cut out of the joined sheet: the placed area and what is kept around it.
+    fn outline(&self, placed: &[DVec2], size: DVec2) -> Vec<DVec2> {
+        let [left, lower, right, upper] = self.margins;
+        if self.margins.iter().all(|m| *m == 0.0) {
+            return placed.to_vec();
+        }
+        let (low, high) = (DVec2::new(-left, -lower), size + DVec2::new(right, upper));
+        vec![low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)]
+    }
+
+    /// The part of what is cut out that a page holds: beyond its part at the outer sides.
+    fn part(&self, [low, high]: [DVec2; 2], outer: [bool; 4]) -> [DVec2; 2] {
+        let beyond = |k: usize| if outer[k] { self.margins[k] } else { 0.0 };
+        [low - DVec2::new(beyond(0), beyond(1)), high + DVec2::new(beyond(2), beyond(3))]
+    }
 }
 
 /// A line of the sheet in the target's frame: where a period begins, or a fold.
@@ -338,17 +410,27 @@ fn joins(page: &mut Page, [low, high]: [DVec2; 2], shift: DVec2, after: [bool; 2
 const CROSS: f64 = 4.0;
 
 /// Lower left corners of markers beside the outer sides of a part (left, lower, right, upper), on the joined sheet.
-fn marker_places([low, high]: [DVec2; 2], [left, lower, right, upper]: [bool; 4]) -> Vec<DVec2> {
-    // From the corner beyond an outer side, or from the side itself where the neighbour goes on.
-    let first = DVec2::new(if left { low.x - BORDER } else { low.x }, if lower { low.y - BORDER } else { low.y }) + QUIET;
-    let last = DVec2::new(if right { high.x + BORDER } else { high.x - JOIN }, if upper { high.y + BORDER } else { high.y - JOIN })
-        - QUIET
-        - MARKER;
-    let count = |length: f64| ((length / SPACING).floor() as usize).max(1);
+fn marker_places([low, high]: [DVec2; 2], outer: [bool; 4], frame: &Frame, size: DVec2) -> Vec<DVec2> {
+    let [left, lower, right, upper]: [bool; 4] = std::array::from_fn(|k| outer[k] && frame.marked[k]);
+    // From the corner beyond an outer side, or from the side itself where the neighbour goes on, or the sheet meets itself; the seam is covered.
+    let start = |there: bool, low: f64| if there { low - BORDER } else { low };
+    let end = |there: bool, outer: bool, high: f64, whole: f64| match (there, outer) {
+        (true, _) => high + BORDER,
+        (false, true) => whole,
+        (false, false) => high - JOIN,
+    };
+    let whole = size - frame.seam;
+    let first = DVec2::new(start(left, low.x), start(lower, low.y)) + QUIET;
+    let last = DVec2::new(end(right, outer[2], high.x, whole.x), end(upper, outer[3], high.y, whole.y)) - QUIET - MARKER;
+    if last.x < first.x || last.y < first.y {
+        return Vec::new();
+    }
+    // Two need a length of their own and the white between them.
+    let count = |length: f64| ((length / SPACING).floor() as usize).max(usize::from(length >= MARKER + QUIET));
     let (nx, ny) = (count(last.x - first.x), count(last.y - first.y));
     let mut places = Vec::new();
     for k in 0..=nx {
-        let x = first.x + (last.x - first.x) * k as f64 / nx as f64;
+        let x = first.x + (last.x - first.x) * k as f64 / nx.max(1) as f64;
         for (y, there) in [(low.y - BORDER + QUIET, lower), (high.y + QUIET, upper)] {
             if there {
                 places.push(DVec2::new(x, y));
@@ -356,7 +438,7 @@ fn marker_places([low, high]: [DVec2; 2], [left, lower, right, upper]: [bool; 4]
         }
     }
     for k in 0..=ny {
-        let y = first.y + (last.y - first.y) * k as f64 / ny as f64;
+        let y = first.y + (last.y - first.y) * k as f64 / ny.max(1) as f64;
         // The corners stand there already.
         if (k == 0 && lower) || (k == ny && upper) {
             continue;
@@ -386,11 +468,11 @@ fn draw_marker(page: &mut Page, id: usize, corner: DVec2) {
     }
 }
 
-/// The colours of the design, a grey wedge, and the paper itself.
-fn patches(page: &mut Page, colours: &[[f64; 3]], corner: DVec2, width: f64, number: usize) -> Vec<Patch> {
+/// The colours of the design, a grey wedge, and the paper itself; `kept` is what is cut out.
+fn patches(page: &mut Page, colours: &[[f64; 3]], corner: DVec2, kept: [DVec2; 2], number: usize) -> Vec<Patch> {
     let greys = (0..GREYS).map(|k| ("grey", k, [k as f64 / (GREYS - 1) as f64 * 0.9; 3]));
     let white = std::iter::once(("white", 0, [1.0; 3]));
-    let room = ((width / (PATCH + 1.0)).floor() as usize).saturating_sub(GREYS + 1);
+    let room = (((kept[1].x - corner.x) / (PATCH + 1.0)).floor() as usize).saturating_sub(GREYS + 1);
     let design = colours.iter().take(room).enumerate().map(|(k, c)| ("design", k, *c));
     let mut out = Vec::new();
     for (k, (kind, index, linear_rgb)) in design.chain(greys).chain(white).enumerate() {
@@ -406,7 +488,8 @@ fn patches(page: &mut Page, colours: &[[f64; 3]], corner: DVec2, width: f64, num
         if kind == "white" {
             page.line(Layer::Print, Style::Thin, &points, true);
         }
-        out.push(Patch { kind, index, page: number, linear_rgb, rectangle_mm: [low.to_array(), high.to_array()] });
+        let kept = low.cmpge(kept[0] - 1e-9).all() && high.cmple(kept[1] + 1e-9).all();
+        out.push(Patch { kind, index, page: number, linear_rgb, kept, rectangle_mm: [low.to_array(), high.to_array()] });
     }
     out
 }
@@ -450,6 +533,49 @@ mod tests {
             assert!(apart, "{marker:?}");
         }
         assert!(wrap.markers.iter().enumerate().all(|(k, m)| m.id == k));
+    }
+
+    #[test]
+    fn who_cuts_along_the_line_keeps_all_markers_and_no_two_cover_each_other() {
+        let pages = [A4, Paper { name: "a3", size: DVec2::new(297.0, 420.0), ..A4 }];
+        let objects =
+            ["plane:width=100,height=80", "cylinder:radius=30,height=70", "cylinder:radius=5,height=60", "box:width=30,depth=20,height=60"];
+        for (object, paper) in objects.iter().flat_map(|o| pages.iter().map(move |p| (*o, *p))) {
+            let wrap = sheet(object, paper);
+            let [left, lower, right, upper] = wrap.margins;
+            let (low, high) = (DVec2::new(-left, -lower), wrap.size + DVec2::new(right, upper));
+            assert!(wrap.markers.len() >= 2, "{object}: {}", wrap.markers.len());
+            let seam = if object.starts_with("plane") { 0.0 } else { SEAM };
+            let covered = wrap.size - if wrap.turned { DVec2::new(0.0, seam) } else { DVec2::new(seam, 0.0) };
+            let rectangles: Vec<[DVec2; 2]> =
+                wrap.markers.iter().map(|m| [DVec2::from_array(m.joined_mm[3]), DVec2::from_array(m.joined_mm[1])]).collect();
+            for (k, [l, h]) in rectangles.iter().enumerate() {
+                let inside = l.cmpge(low + QUIET - 1e-9).all() && h.cmple(high - QUIET + 1e-9).all();
+                assert!(inside, "{object} on {}: marker {k} at {l} is cut off", paper.name);
+                // Around an object the other end of the sheet lies on the seam.
+                let along = if wrap.turned { (h.y, covered.y) } else { (h.x, covered.x) };
+                assert!(seam == 0.0 || along.0 <= along.1 + 1e-9, "{object}: marker {k} lies on the seam");
+                for [l2, h2] in &rectangles[..k] {
+                    let apart = (*l2 - *h).max(*l - *h2).max_element();
+                    assert!(apart >= QUIET - 1e-9, "{object} on {}: two markers are {apart} mm apart", paper.name);
+                }
+            }
+            // The line that is cut is on the pages, and reaches as far.
+            let cut = |page: &Page| -> Vec<DVec2> {
+                let of_cut = page.items.iter().filter(|i| i.layer == Layer::Cut);
+                of_cut.flat_map(|i| if let Mark::Line { points, .. } = &i.mark { points.clone() } else { Vec::new() }).collect()
+            };
+            let all = wrap.pages.iter().zip(&wrap.parts).flat_map(|(page, part)| {
+                let shift = DVec2::from_array(part.low_mm) - DVec2::from_array(part.origin_mm);
+                cut(page).into_iter().map(move |p| p + shift)
+            });
+            let (l, h) = all.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
+            assert!(l.distance(low) < 1e-3 && h.distance(high) < 1e-3, "{object}: {l} to {h}, not {low} to {high}");
+        }
+        let cone = sheet("cone:radius=30,height=50", A4);
+        assert!(cone.markers.is_empty() && cone.margins == [0.0; 4] && cone.patches.iter().all(|p| !p.kept));
+        let plane = sheet("plane:width=100,height=80", A4);
+        assert!(plane.patches.iter().all(|p| p.kept), "{:?}", plane.patches);
     }
 
     #[test]

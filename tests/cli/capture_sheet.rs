@@ -138,7 +138,7 @@ fn check(on: &str, poses: &[Pose], bend: &dyn Fn(DVec2, DVec2, f64) -> DVec3) {
         let found = Pose { rotation: DMat3::from_cols_array_2d(&rows).transpose(), translation: vector(&pose["translation_mm"]) };
         let (shift, turn) = (found.translation.distance(truth.translation), found.angle_to(truth).to_degrees());
         eprintln!("{on}: origin off by {shift:.4} mm, {turn:.4} degrees; {} corners, {} px RMS", pose["points"], pose["rms_px"]);
-        assert!(shift < 0.2 && turn < 0.4, "{on}: {shift} mm, {turn} degrees: {pose}");
+        assert!(shift < 0.2 && turn < 0.2, "{on}: {shift} mm, {turn} degrees: {pose}");
     }
 }
 

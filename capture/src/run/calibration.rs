@@ -160,8 +160,7 @@ impl Session<'_> {
             Some(size) => size,
             None => {
                 let file = self.shoot.photos.iter().find(|p| p.role.is_sample()).or(self.shoot.photos.first())?.files.first()?;
-                let photo = crate::photo::read(file).ok()?;
-                (photo.picture.width, photo.picture.height)
+                crate::photo::size(file).ok()?
             }
         };
         self.size = Some((width, height));

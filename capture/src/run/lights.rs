@@ -99,7 +99,15 @@ impl Session<'_> {
         let luminance = Luminance(&shot.linear.picture);
         let candidates = match spec.ball_px {
             Some(circle) => vec![circle],
-            None => circle::candidates(&Gray::of(&shot.linear.picture, false))?,
+            None => {
+                let gray = Gray::of(&shot.linear.picture, false);
+                let spots = match spec.highlight_px {
+                    Some(spot) => vec![(spot, 2.0)],
+                    None => circle::spots(&shot.linear.picture),
+                };
+                let around: Result<Vec<Vec<[f64; 3]>>> = spots.into_iter().map(|(spot, size)| circle::around(&gray, spot, size)).collect();
+                around?.concat()
+            }
         };
         // The likeliest ball is the one of whose rim most is seen.
         let mut best: Option<(f64, light::Outline, [f64; 3], DVec2, f64)> = None;

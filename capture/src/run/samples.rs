@@ -5,6 +5,7 @@ use super::read::Shot;
 use super::{Session, name_of, write};
 use crate::board::{Board, Kind};
 use crate::checks::{CLIPPED, Code, PARTIAL, POSE, SCALE, UNDEREXPOSED_FAIL, UNDEREXPOSED_WARN, UNEVEN};
+use crate::edge_pose;
 use crate::edges::Grey;
 use crate::lens::{Lens, Pose};
 use crate::noise;
@@ -14,7 +15,7 @@ use crate::report::{Mark, View};
 use crate::resample::{self, Rectified};
 use crate::sheet::{Sheet, Target};
 use crate::shoot::{PhotoSpec, Registration, Role, Shape, Shoot};
-use crate::vision::{Gray, Luminance, board, percentile, pnp};
+use crate::vision::{Gray, Luminance, board, markers, percentile, pnp};
 use biscale::error::Result;
 use biscale::formats::capture::{self, CloseUp, Light, Photograph, Severity};
 use glam::{DMat3, DVec2, DVec3};
@@ -99,7 +100,7 @@ impl Session<'_> {
         let size = (shot.linear.picture.width, shot.linear.picture.height);
         let lens = registered.as_ref().map(|r| r.lens).or(self.lens);
         let mask = match (&registered, lens) {
-            (Some(r), Some(lens)) => resample::sample_mask(&shape, &r.found.pose, &lens.pinhole(), 1.0),
+            (Some(r), Some(lens)) => resample::sample_mask(&shape, &r.found.pose, &lens.pinhole(), 1),
             _ => vec![true; size.0 * size.1],
         };
         let clipped = self.exposure_checks(&name, &shot, &mask);
@@ -238,6 +239,14 @@ impl Session<'_> {
         let Some(found) = pnp::pose(&sightings, &lens)? else {
             self.checks.add(Code::PoseError, severity, Some(name), "no place of the camera explains the markers");
             return Ok(None);
+        };
+        // The corners of a chessboard need no help; those of markers are biased.
+        let found = if matches!(layout.kind, Kind::Markers) {
+            let sides: Vec<[DVec2; 4]> = seen.markers.iter().filter_map(|m| board::marker_places(layout, m.0)).collect();
+            let cells = markers::cells_of(&layout.dictionary);
+            edge_pose::refine(&found, &sightings, &lens, &Luminance(picture), &sides, cells, &|p| place(p, 1.0))
+        } else {
+            found
         };
         let mut marks: Vec<Mark> = seen.markers.iter().map(|m| Mark::Outline(m.1.to_vec(), "marker")).collect();
         marks.extend(seen.corners.iter().map(|c| Mark::Cross(c.1)));

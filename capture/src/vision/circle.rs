@@ -2,37 +2,93 @@
 
 use super::{Gray, failed, whole};
 use crate::edges::Grey;
+use crate::photo::Picture;
 use biscale::error::Result;
 use glam::DVec2;
-use opencv::core::{Vec3f, Vector};
+use opencv::core::{Mat, Rect, Size, Vec3f, Vector};
+use std::collections::BTreeSet;
 
-/// Circles that may be balls, the likeliest first: middle and radius, px.
+/// A highlight stands out from all but this share of a picture.
+const SPOT_SHARE: f64 = 0.005;
+/// Light of a spot, of the brightest pixel's.
+const SPOT_LEVEL: f32 = 0.6;
+/// Most spots that are looked at.
+const SPOTS: usize = 6;
+
+/// Small bright spots, as the lamp makes on a mirror ball: middle and radius, px, the largest first. None if bright things are no exception in the picture.
+pub fn spots(picture: &Picture) -> Vec<(DVec2, f64)> {
+    let [r, g, b] = &picture.planes;
+    let light = |i: usize| 0.25 * r[i] + 0.5 * g[i] + 0.25 * b[i];
+    let top = (0..r.len()).map(light).fold(0.0_f32, f32::max);
+    let bright: Vec<usize> = (0..r.len()).filter(|&i| light(i) > SPOT_LEVEL * top).collect();
+    if bright.len() as f64 > SPOT_SHARE * r.len() as f64 {
+        return Vec::new();
+    }
+    let mut left: BTreeSet<usize> = bright.into_iter().collect();
+    let mut found = Vec::new();
+    while let Some(first) = left.pop_first() {
+        let (mut todo, mut sum, mut count) = (vec![first], DVec2::ZERO, 0_u32);
+        while let Some(i) = todo.pop() {
+            let (x, y) = (i % picture.width, i / picture.width);
+            (sum, count) = (sum + DVec2::new(x as f64, y as f64), count + 1);
+            for j in y.saturating_sub(1)..=(y + 1).min(picture.height - 1) {
+                for i in x.saturating_sub(1)..=(x + 1).min(picture.width - 1) {
+                    if left.remove(&(j * picture.width + i)) {
+                        todo.push(j * picture.width + i);
+                    }
+                }
+            }
+        }
+        found.push((sum / f64::from(count), (f64::from(count) / std::f64::consts::PI).sqrt()));
+    }
+    found.sort_by(|a, b| b.1.total_cmp(&a.1));
+    found.truncate(SPOTS);
+    found
+}
+
+/// Circles around a spot that may be balls, the likeliest of each size first: middle and radius, px.
+///
+/// Looked for in pieces of the picture of several sizes, each brought to the same size: print elsewhere in the picture has more and stronger edges than a ball.
 ///
 /// # Errors
 /// What `OpenCV` says.
-pub fn candidates(gray: &Gray) -> Result<Vec<[f64; 3]>> {
-    const LOOK: f64 = 1000.0;
-    let factor = (gray.width.max(gray.height) as f64 / LOOK).max(1.0);
-    let small = gray.smaller(factor)?;
-    let mut circles: Vector<Vec3f> = Vector::new();
-    let size = gray.width.min(gray.height) as f64 / factor;
-    opencv::imgproc::hough_circles(
-        &small,
-        &mut circles,
-        opencv::imgproc::HOUGH_GRADIENT,
-        1.5,
-        0.05 * size,
-        80.0,
-        25.0,
-        whole(0.02 * size),
-        whole(0.45 * size),
-    )
-    .map_err(failed("looking for a ball"))?;
-    Ok(circles
-        .iter()
-        .take(60)
-        .map(|c| [(f64::from(c[0]) + 0.5) * factor - 0.5, (f64::from(c[1]) + 0.5) * factor - 0.5, f64::from(c[2]) * factor])
-        .collect())
+pub fn around(gray: &Gray, spot: DVec2, size: f64) -> Result<Vec<[f64; 3]>> {
+    /// Radius of a circle in a piece, px, and by how much it may differ.
+    const RADIUS: f64 = 60.0;
+    const RANGE: f64 = 1.3;
+    /// Side of a piece, in radii of the circle.
+    const SIDE: f64 = 4.4;
+    const OF_EACH: usize = 4;
+    let what = "looking for a ball";
+    let mat = gray.mat()?;
+    let most = 0.5 * gray.width.min(gray.height) as f64;
+    let mut radius = (4.0 * size).max(10.0);
+    let mut out = Vec::new();
+    while radius < most {
+        let low = (spot - 0.5 * SIDE * radius).max(DVec2::ZERO).floor();
+        let high = (spot + 0.5 * SIDE * radius).min(DVec2::new(gray.width as f64, gray.height as f64)).ceil();
+        let extent = high - low;
+        #[expect(clippy::cast_possible_truncation, reason = "inside of the picture")]
+        let window = Rect::new(low.x as i32, low.y as i32, extent.x as i32, extent.y as i32);
+        let piece = Mat::roi(&mat, window).map_err(failed(what))?;
+        let factor = radius / RADIUS;
+        let mut small = Mat::default();
+        let size = Size::new(whole(extent.x / factor), whole(extent.y / factor));
+        let method = if factor > 1.0 { opencv::imgproc::INTER_AREA } else { opencv::imgproc::INTER_LINEAR };
+        opencv::imgproc::resize(&piece, &mut small, size, 0.0, 0.0, method).map_err(failed(what))?;
+        let mut circles: Vector<Vec3f> = Vector::new();
+        let (least, largest) = (whole(RADIUS / RANGE), whole(RADIUS * RANGE));
+        opencv::imgproc::hough_circles(&small, &mut circles, opencv::imgproc::HOUGH_GRADIENT, 1.5, 8.0, 80.0, 12.0, least, largest)
+            .map_err(failed(what))?;
+        let scale = extent / DVec2::new(f64::from(size.width), f64::from(size.height));
+        let full = circles.iter().map(|c| {
+            let middle = low + (DVec2::new(c[0].into(), c[1].into()) + 0.5) * scale - 0.5;
+            [middle.x, middle.y, f64::from(c[2]) * scale.x]
+        });
+        out.extend(full.filter(|c| spot.distance(DVec2::new(c[0], c[1])) < 0.97 * c[2]).take(OF_EACH));
+        radius *= RANGE;
+    }
+    Ok(out)
 }
 
 /// Rays that the rim of a ball is looked for along.

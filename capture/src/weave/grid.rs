@@ -35,6 +35,8 @@ const MAX_SKEW_DEG: f64 = 7.0;
 const EDGE_SPREAD_DEG: f64 = 2.0;
 /// Spread of the threads' direction about the picture's axes, in degrees.
 const TURN_SPREAD_DEG: f64 = 6.0;
+/// Threads of fewer pixels are taken for threads only if little else is left.
+const FEW_PIXELS: f64 = 8.0;
 /// Threads of the two directions differ in pitch by at most this factor.
 const MAX_ASPECT: f64 = 4.0;
 
@@ -84,6 +86,17 @@ impl Grid {
     pub fn finer(&self, lattice: &Lattice, mx: i64, my: i64) -> Option<Self> {
         let [a, b] = self.whole;
         Self::new(lattice, [a.map(|k| k * mx), b.map(|k| k * my)])
+    }
+
+    /// A plain cloth on the same threads, of a lattice that has one crossing only: warp and weft of one colour under light along the diagonal look alike.
+    pub fn as_plain(self) -> Self {
+        Self { repeat: Repeat { columns: 2, shift: 1, rows: 1 }, ..self }
+    }
+
+    /// Whether the lattice itself has one crossing only, as in [`Grid::as_plain`].
+    pub fn whole_is_one_crossing(&self) -> bool {
+        let [[m1, n1], [m2, n2]] = self.whole;
+        m1 * n2 - m2 * n1 == 1
     }
 
     /// Pixels from thread to thread, measured across the threads: warp, weft.
@@ -138,12 +151,15 @@ impl Grid {
                     continue;
                 }
                 // Threads lie along most edges; where they are too fine for edges, about along the picture. Many crossings cost,
-                // since any direction can be reached with many.
+                // since any direction can be reached with many; so do threads of few pixels, which are told from others by little.
                 let middle = (0.5 * (ax + ay)).to_degrees();
                 let off = (middle - turn.to_degrees()) / EDGE_SPREAD_DEG;
                 let tilt = middle / TURN_SPREAD_DEG;
                 let skew = (ax - ay).to_degrees() / EDGE_SPREAD_DEG;
-                let cost = (off * off).min(4.0 + tilt * tilt) + skew * skew + 2.0 * (grid.repeat.crossings() as f64).ln();
+                let cost = (off * off).min(4.0 + tilt * tilt)
+                    + skew * skew
+                    + 2.0 * (grid.repeat.crossings() as f64).ln()
+                    + 2.0 * (FEW_PIXELS / pitch.min_element()).ln().max(0.0);
                 found.push((cost, grid));
             }
         }

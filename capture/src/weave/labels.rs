@@ -1,6 +1,8 @@
 //! Which thread is on top at each crossing: the draft and the shape that leave the least of a fold unexplained.
 
+use super::class::Class;
 use super::fold::Fold;
+use super::gaps::Gaps;
 use super::grid::Repeat;
 use super::model::{Fit, Shape, Table};
 use biscale::geometry::weave::draft::Draft;
@@ -17,6 +19,36 @@ pub(super) struct Guess {
     pub fit: Fit,
     /// Standard errors of the widths, as shares of the pitch.
     pub fill_error: [f64; 2],
+}
+
+impl Guess {
+    /// What is compared between drafts: the residual, more of a draft that has no name, and of a shape that is hardly woven.
+    ///
+    /// Of the drafts of a repeat only few are woven; one that is not must explain clearly more than one that is.
+    pub fn cost(&self, repeat: Repeat) -> f64 {
+        self.fit.residual * unlikely(&self.shape) * price(repeat, &self.labels)
+    }
+}
+
+/// What a shape's residual is multiplied by: 1 for a likely one.
+///
+/// Threads that cross touch each other, so the bend follows from the sections: less would let them run through each other, more would leave air between
+/// them. Without this a wrong draft explains a photograph by a shape that cannot be.
+fn unlikely(shape: &Shape) -> f64 {
+    let off = |value: f64, usual: f64, spread: f64| ((value / usual).ln() / spread).powi(2);
+    1.0 + 0.03 * off(shape.bend, BEND, 0.3) + 0.01 * off(shape.flatness, FLATNESS, 0.5)
+}
+
+/// Bend of threads that touch.
+const BEND: f64 = 1.05;
+/// Height of a thread over its width, in the middle of those that are woven.
+const FLATNESS: f64 = 0.4;
+
+/// By how much a draft of no known class must leave less unexplained than one of a known class.
+const OTHER_PRICE: f64 = 1.5;
+
+fn price(repeat: Repeat, labels: &[bool]) -> f64 {
+    if Class::of(&draft_of(repeat, labels)) == Class::Other { OTHER_PRICE } else { 1.0 }
 }
 
 /// Up to so many different crossings every draft is tried.
@@ -36,10 +68,13 @@ const FIRST_FILL: f64 = 0.85;
 /// many bins.
 ///
 /// With a `given` draft only its places in the repeat are compared.
-pub(super) fn search(coarse: &Fold, fine: &Fold, pitch: [f64; 2], given: Option<&Draft>) -> Vec<Guess> {
+/// Where dark holes are seen, threads lie between them, as wide as the holes leave: the brightest place of a thread is not its middle when light comes
+/// from one side.
+pub(super) fn search(coarse: &Fold, fine: &Fold, pitch: [f64; 2], gaps: Option<&Gaps>, given: Option<&Draft>) -> Vec<Guess> {
     let mut rated: Vec<Guess> = Vec::new();
-    for middle in middles(fine) {
-        let shape = Shape { middle, fill: [FIRST_FILL; 2], flatness: 0.35, bend: 1.0, aspect: pitch[1] / pitch[0] };
+    for middle in gaps.map_or_else(|| middles(fine), |g| vec![g.middle]) {
+        let shape =
+            Shape { middle, fill: gaps.map_or([FIRST_FILL; 2], |g| g.fill), flatness: 0.35, bend: 1.0, aspect: pitch[1] / pitch[0] };
         let table = Table::new(&shape, coarse);
         let rate = |labels: Vec<bool>| (table.residual(&labels), labels);
         let mut found: Vec<(f64, Vec<bool>)> = match given {
@@ -47,8 +82,9 @@ pub(super) fn search(coarse: &Fold, fine: &Fold, pitch: [f64; 2], given: Option<
             None => candidates(coarse.repeat).into_iter().map(rate).collect(),
         };
         found.retain(|f| given.is_some() || holds(coarse.repeat, &f.1));
-        found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        found.truncate(4 * FINALISTS);
+        let mut priced: Vec<(f64, (f64, Vec<bool>))> = found.into_iter().map(|f| (f.0 * price(coarse.repeat, &f.1), f)).collect();
+        priced.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut found: Vec<(f64, Vec<bool>)> = priced.into_iter().take(4 * FINALISTS).map(|f| f.1).collect();
         if given.is_none() && coarse.repeat.crossings() > EXHAUSTIVE {
             // The best of the regular ones and others, and what single changes make of them.
             let mut starts: Vec<(f64, Vec<bool>)> = found.iter().take(3).cloned().collect();
@@ -64,20 +100,20 @@ pub(super) fn search(coarse: &Fold, fine: &Fold, pitch: [f64; 2], given: Option<
         }));
     }
     best_variants(&mut rated, coarse.repeat, FINALISTS);
-    let mut refined: Vec<Guess> = rated.into_iter().map(|guess| refine(coarse, guess, 0.02)).collect();
+    let mut refined: Vec<Guess> = rated.into_iter().map(|guess| refine(coarse, guess, 0.02, gaps.is_some())).collect();
     best_variants(&mut refined, coarse.repeat, SHARPENED);
     refined
 }
 
 /// Fits the shapes of the best guesses with the blur of the lens and sorts them again.
-pub(super) fn sharpen_all(fine: &Fold, guesses: &mut Vec<Guess>, pitch: [f64; 2]) {
-    guesses.par_iter_mut().for_each(|guess| sharpen(fine, guess, pitch));
+pub(super) fn sharpen_all(fine: &Fold, guesses: &mut Vec<Guess>, pitch: [f64; 2], gaps: Option<&Gaps>) {
+    guesses.par_iter_mut().for_each(|guess| sharpen(fine, guess, pitch, gaps));
     best_distinct(guesses, fine.repeat, SHARPENED);
 }
 
-/// Sorts by residual and keeps the first of each cloth.
+/// Sorts by cost and keeps the first of each cloth.
 fn best_distinct(guesses: &mut Vec<Guess>, repeat: Repeat, most: usize) {
-    guesses.sort_by(|a, b| a.fit.residual.total_cmp(&b.fit.residual));
+    guesses.sort_by(|a, b| a.cost(repeat).total_cmp(&b.cost(repeat)));
     let mut seen: Vec<Vec<bool>> = Vec::new();
     let mut kept = Vec::new();
     for guess in guesses.drain(..) {
@@ -93,14 +129,14 @@ fn best_distinct(guesses: &mut Vec<Guess>, repeat: Repeat, most: usize) {
     *guesses = kept;
 }
 
-/// Sorts by residual and keeps the best places of the best `most` cloths: one cloth may lie a thread or half a thread off, which only its
+/// Sorts by cost and keeps the best places of the best `most` cloths: one cloth may lie a thread or half a thread off, which only its
 /// shape tells.
 fn best_variants(guesses: &mut Vec<Guess>, repeat: Repeat, most: usize) {
     /// Places of one cloth.
     const VARIANTS: usize = 2;
     /// Places of the threads that are told apart, in threads.
     const APART: f64 = 0.25;
-    guesses.sort_by(|a, b| a.fit.residual.total_cmp(&b.fit.residual));
+    guesses.sort_by(|a, b| a.cost(repeat).total_cmp(&b.cost(repeat)));
     let mut kept: Vec<(Vec<bool>, Guess)> = Vec::new();
     let mut cloths = 0;
     for guess in guesses.drain(..) {
@@ -262,15 +298,15 @@ fn middles(fold: &Fold) -> Vec<[f64; 2]> {
     across.iter().flat_map(|&s| along.iter().map(move |&t| [s, t])).collect()
 }
 
-/// Fits the shape: each parameter in turn by smaller and smaller steps.
-fn refine(fold: &Fold, mut guess: Guess, finest: f64) -> Guess {
+/// Fits the shape: each parameter in turn by smaller and smaller steps; of threads that are `placed` their heights only.
+fn refine(fold: &Fold, mut guess: Guess, finest: f64, placed: bool) -> Guess {
     guess.fit = guess.shape.fit(fold, &guess.labels);
     let mut step = 0.08;
     let mut rounds = 0;
     while step > finest && rounds < MAX_ROUNDS {
         rounds += 1;
         let mut moved = false;
-        for parameter in 0..6 {
+        for parameter in if placed { 4..6 } else { 0..6 } {
             for sign in [1.0, -1.0] {
                 let mut shape = guess.shape;
                 let change = sign * step;
@@ -281,7 +317,7 @@ fn refine(fold: &Fold, mut guess: Guess, finest: f64) -> Guess {
                     _ => shape.bend = (shape.bend * (1.0 + 2.0 * change)).clamp(0.3, 2.5),
                 }
                 let fit = shape.fit(fold, &guess.labels);
-                if fit.residual < guess.fit.residual * (1.0 - 1e-4) {
+                if fit.residual * unlikely(&shape) < guess.fit.residual * unlikely(&guess.shape) * (1.0 - 1e-4) {
                     guess.shape = shape;
                     guess.fit = fit;
                     moved = true;
@@ -299,13 +335,15 @@ fn refine(fold: &Fold, mut guess: Guess, finest: f64) -> Guess {
 /// Fits the shape of a guess together with the blur of the lens, and estimates how sure its widths are.
 ///
 /// A simplex search (Nelder and Mead 1965) over middle, widths, flatness, bend and blur, begun again around its own result.
-fn sharpen(fold: &Fold, guess: &mut Guess, pitch: [f64; 2]) {
+fn sharpen(fold: &Fold, guess: &mut Guess, pitch: [f64; 2], gaps: Option<&Gaps>) {
     let start = guess.shape;
+    // What holes tell is hardly moved.
+    let (usual, wide, moved) = gaps.map_or(([FIRST_FILL; 2], 0.06, 0.05), |g| (g.fill, 0.004, 0.01));
     // Unbounded parameters, each about 1 for a sensible change.
     let shape_of = |p: &[f64; 7]| {
         let mut shape = start;
-        (0..2).for_each(|k| shape.middle[k] = start.middle[k] + 0.05 * p[k]);
-        (0..2).for_each(|k| shape.fill[k] = (FIRST_FILL + 0.06 * p[2 + k]).clamp(0.3, 1.0));
+        (0..2).for_each(|k| shape.middle[k] = start.middle[k] + moved * p[k]);
+        (0..2).for_each(|k| shape.fill[k] = (usual[k] + wide * p[2 + k]).clamp(0.3, 1.0));
         shape.flatness = (0.4 * (0.4 * p[4]).exp()).clamp(0.1, 1.0);
         shape.bend = (1.1 * (0.3 * p[5]).exp()).clamp(0.4, 2.5);
         (shape, (0.8 * (0.3 * p[6]).exp()).clamp(0.3, 3.0))
@@ -313,15 +351,16 @@ fn sharpen(fold: &Fold, guess: &mut Guess, pitch: [f64; 2]) {
     let rate = |p: &[f64; 7]| {
         let (shape, sigma) = shape_of(p);
         // A weak pull to where parameters are likely keeps those that the photograph does not show.
-        let pull: f64 = p.iter().map(|v| v * v).sum();
-        shape.fit_blurred(fold, &guess.labels, pitch.map(|p| sigma / p)) * (1.0 + PULL * pull)
+        let pull: f64 = [0, 1, 2, 3, 6].map(|k| p[k] * p[k]).iter().sum();
+        shape.fit_blurred(fold, &guess.labels, pitch.map(|p| sigma / p)) * (1.0 + PULL * pull) * unlikely(&shape)
     };
     // Widths have several minima: the search begins at the best of a few.
     let mut best = [0.0; 7];
     let mut value = f64::INFINITY;
-    for k in 0..18 {
+    for k in (0..18).filter(|_| gaps.is_none()) {
         let p = [0.0, 0.0, f64::from(k % 3) * 2.0 - 3.5, f64::from(k / 3 % 3) * 2.0 - 3.5, 0.0, f64::from(k / 9) * -2.0, 0.0];
-        let now = shape_of(&p).0.fit(fold, &guess.labels).residual;
+        let shape = shape_of(&p).0;
+        let now = shape.fit(fold, &guess.labels).residual * unlikely(&shape);
         if now < value {
             (best, value) = (p, now);
         }

@@ -17,6 +17,7 @@ mod colour;
 mod field;
 mod finding;
 mod fold;
+mod gaps;
 mod grid;
 mod labels;
 mod lattice;

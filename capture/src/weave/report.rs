@@ -169,7 +169,7 @@ fn describe(photo: &Photo<'_>, scale: &Scale, cloth: &Cloth, given: Option<&Draf
     let draft = given.cloned().unwrap_or_else(|| labels::draft_of(grid.repeat, &best.labels));
     let confidence = match (given, cloth.guesses.get(1)) {
         (Some(_), _) | (None, None) => 1.0,
-        (None, Some(second)) => 1.0 - best.fit.residual / second.fit.residual.max(1e-12),
+        (None, Some(second)) => 1.0 - best.cost(grid.repeat) / second.cost(grid.repeat).max(1e-12),
     };
     // The vectors after which the cloth repeats are dual to the lattice of its spectrum.
     let basis = &scale.lattice.basis;
@@ -189,11 +189,12 @@ fn describe(photo: &Photo<'_>, scale: &Scale, cloth: &Cloth, given: Option<&Draf
         let [m, n] = grid.whole[k].map(|w| w as f64);
         let error = scale.lattice.error_of(m, n);
         let pitch = 1.0 / f.length();
-        let width = best.shape.fill[k] * pitch;
+        let (fill, fill_error) = cloth.fill(k);
+        let width = fill * pitch;
         Axis {
             pitch: Measured { value: pitch * unit, error: pitch * pitch * error * unit },
             pitch_by_autocorrelation: by_shifts.map(|b| b[k]),
-            width: Measured { value: width * unit, error: best.fill_error[k] * pitch * unit },
+            width: Measured { value: width * unit, error: fill_error * pitch * unit },
             gap: (pitch - width).max(0.0) * unit,
             pixels: pitch * pixels,
             turn_deg: Measured { value: grid.turns()[k].to_degrees(), error: (error * pitch).to_degrees() },

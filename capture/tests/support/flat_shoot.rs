@@ -30,14 +30,6 @@ fn far() -> Pose {
     Pose::looking_at(DVec3::new(20.0, -120.0, 450.0), DVec3::new(10.0, 0.0, 0.0), DVec3::Y)
 }
 
-/// The ball's outline as someone would read it off the photograph: not quite.
-fn ball_px(width: usize) -> [f64; 3] {
-    let lens = Studio::new(width, width * 2 / 3).lens;
-    let middle = far().to_camera(BALL);
-    let (seen, radius) = (lens.project(middle).unwrap(), lens.focal.x * BALL.z / middle.length());
-    [seen.x + 0.06 * radius, seen.y - 0.04 * radius, 1.05 * radius]
-}
-
 /// The board of the shoot.
 pub fn board() -> Board {
     Board::charuco(8, 6, 30.0, 22.0, "DICT_5X5_100", true)
@@ -96,7 +88,7 @@ impl FlatShoot {
         let paper = |p: DVec2| if p.distance(DVec2::new(70.0, 250.0)) < 60.0 { WHITE } else { printed(p) };
         let stick = Scene { stick: Some((DVec2::new(-110.0, 100.0), 25.0, 0.6)), ..Scene::new(page, light, Box::new(paper)) };
         save16(&studio.photograph(&stick, &far, 1.0), &at("stick.png"));
-        std::fs::write(at("shoot.toml"), text(width)).unwrap();
+        std::fs::write(at("shoot.toml"), text()).unwrap();
         let grid = 300;
         let mut mean = [0.0; 3];
         for k in 0..grid * grid {
@@ -110,8 +102,7 @@ impl FlatShoot {
 }
 
 /// The shoot file.
-pub fn text(width: usize) -> String {
-    let ball = ball_px(width);
+pub fn text() -> String {
     let boards: Vec<String> = (0..13).map(|k| format!("\"board-{k}.png\"")).collect();
     format!(
         r#"# A twill on a board, made up: every role of a photograph is there
@@ -154,7 +145,6 @@ seconds = 1
 role = "light"
 file = "ball.png"
 seconds = 1
-ball_px = [BALL]
 
 [[photo]]
 role = "light"
@@ -184,5 +174,4 @@ light = "other"
         CLOTH.y,
         boards.join(", ")
     )
-    .replace("BALL", &ball.map(|v| format!("{v:.0}")).join(", "))
 }

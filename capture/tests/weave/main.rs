@@ -124,6 +124,26 @@ fn grooves_are_measured_and_written() {
     }
 }
 
+#[test]
+fn pyramids_are_no_plain_cloth() {
+    let (pitch, angle) = (22.0, 3.0_f64.to_radians());
+    for light in [[0.9, 0.4, 0.7, 0.55], [0.8, 0.45, 0.8, 0.45], [0.9, 0.5, 0.5, 0.5]] {
+        let facet = |x: f64, y: f64| {
+            let (x, y) = (x * angle.cos() - y * angle.sin(), x * angle.sin() + y * angle.cos());
+            let (u, v) = ((x / pitch).rem_euclid(1.0) - 0.5, (y / pitch).rem_euclid(1.0) - 0.5);
+            // Edges a pixel wide, as a lens makes them.
+            let step = |d: f64| (0.5 + d * pitch / 1.5).clamp(0.0, 1.0);
+            let share = [step(u - v.abs()), step(-u - v.abs()), step(v - u.abs()), step(-v - u.abs())];
+            let sum: f64 = share.iter().sum();
+            share.iter().zip(light).map(|(s, l)| s * l).sum::<f64>() / sum.max(1e-9)
+        };
+        let found = see(&drawn(400, facet, 0.02));
+        let relief = found.relief.clone().unwrap_or_else(|| panic!("{light:?}: {found:?}"));
+        assert!(matches!(relief.profile, Profile::Pyramids) && found.weave.is_none(), "{light:?}: {relief:?}");
+        assert!(relief.period.iter().all(|p| (p.value / pitch - 1.0).abs() < 0.01), "{light:?}: {relief:?}");
+    }
+}
+
 /// A material file is read and built by the library.
 fn builds(text: &str) -> usize {
     let folder = tempfile::tempdir().unwrap();
@@ -224,6 +244,10 @@ fn the_independent_close_up_is_measured() {
             assert!((axis.pitch.value / 0.5 - 1.0).abs() < 0.01, "{name}: {:?}", axis.pitch);
             assert!(axis.turn_deg.value.abs() < 0.5, "{name}: {:?}", axis.turn_deg);
         }
+        for (axis, width) in [(weave.warp, 0.42), (weave.weft, 0.34)] {
+            assert!((axis.width.value / width - 1.0).abs() < 0.05, "{name}: {:?}, drawn {width}", axis.width);
+            assert!((axis.width.value - width).abs() < 2.0 * axis.width.error, "{name}: {:?}, drawn {width}", axis.width);
+        }
         assert!(weave.warp.colour[0] > weave.warp.colour[2] && weave.weft.colour[2] > weave.weft.colour[0], "{name}: red warp, blue weft");
     }
 }
@@ -275,13 +299,25 @@ fn random_cloths_of_all_classes_are_named() {
         .map(|o| format!("{} taken for {:?}", o.class, o.found.weave.as_ref().map(|w| w.class)))
         .collect();
     assert!(wrong.len() <= 1, "{wrong:?}");
+    // What is said of widths is true: of those that holes tell, and of all, nine of ten within two standard errors.
+    let (mut told, mut true_to, mut sure, mut sure_true) = (0, 0, 0, 0);
     for outcome in outcomes {
         let Some(weave) = outcome.found.weave.filter(|w| w.class == outcome.class) else { continue };
         for (axis, pitch) in [(weave.warp, outcome.cloth.pitch[0]), (weave.weft, outcome.cloth.pitch[1])] {
             assert!((axis.pitch.value / pitch - 1.0).abs() < 0.01, "{}: {:?}, drawn with {pitch}", outcome.class, axis.pitch);
             assert!((axis.turn_deg.value - outcome.cloth.turn_deg).abs() < 0.5, "{}: {:?}", outcome.class, axis.turn_deg);
         }
+        for (k, axis) in [weave.warp, weave.weft].iter().enumerate() {
+            let off = axis.width.value - outcome.cloth.fill[k] * outcome.cloth.pitch[k];
+            let within = off.abs() <= 2.0 * axis.width.error;
+            (told, true_to) = (told + 1, true_to + usize::from(within));
+            if axis.width.error < 0.05 * axis.width.value {
+                (sure, sure_true) = (sure + 1, sure_true + usize::from(within));
+            }
+        }
     }
+    println!("widths: {true_to} of {told} within two standard errors; of those below 5 %: {sure_true} of {sure}");
+    assert!(10 * true_to >= 9 * told && 10 * sure_true >= 9 * sure && 2 * sure >= told, "{true_to} of {told}, {sure_true} of {sure}");
 }
 
 #[test]
@@ -291,6 +327,8 @@ fn table_of_random_cloths() {
     let count = std::env::var("COUNT").map_or(40, |s| s.parse().unwrap());
     let mut wrong = 0;
     let mut widths: Vec<f64> = Vec::new();
+    // Off by, and the standard error that is stated, of the width.
+    let mut stated: Vec<(f64, f64)> = Vec::new();
     let only: Option<usize> = std::env::var("ONLY").ok().map(|s| s.parse().unwrap());
     for (k, outcome) in try_catalogue(count, seed, only).into_iter().enumerate() {
         let k = only.unwrap_or(k);
@@ -311,6 +349,9 @@ fn table_of_random_cloths() {
             [off(weave.warp.width.value, cloth.fill[0] * cloth.pitch[0]), off(weave.weft.width.value, cloth.fill[1] * cloth.pitch[1])];
         if right {
             widths.extend(fill.map(f64::abs));
+            for (axis, fill) in [weave.warp, weave.weft].iter().zip(fill) {
+                stated.push((fill.abs(), 100.0 * axis.width.error / axis.width.value));
+            }
         }
         println!(
             "{k} {}{class} -> {} conf {:.2} unexplained {:.3} pitch {:.1?} off {:.2} {:.2} % turn off {:.2} {:.2} tensor {:.2} width {:.2?} off {:.1} {:.1} % dE {:.0} {:.2} s {:?}",
@@ -332,8 +373,16 @@ fn table_of_random_cloths() {
             found.findings.iter().map(|f| f.code).collect::<Vec<_>>()
         );
     }
-    widths.sort_by(f64::total_cmp);
-    if !widths.is_empty() {
-        println!("{wrong} of {count} wrong; widths: median {:.1} %, 90 % {:.1} %", widths[widths.len() / 2], widths[widths.len() * 9 / 10]);
-    }
+    let quantiles = |mut values: Vec<f64>| {
+        values.sort_by(f64::total_cmp);
+        let at = |share: f64| values.get((values.len() as f64 * share) as usize).copied().unwrap_or(f64::NAN);
+        format!("{} widths: median {:.1} %, 90 % {:.1} %", values.len(), at(0.5), at(0.9))
+    };
+    println!("{wrong} of {count} wrong; {}", quantiles(widths));
+    let few = |w: usize| 100 * w <= 3 * count;
+    println!("with a stated error below 5 %: {}", quantiles(stated.iter().filter(|s| s.1 < 5.0).map(|s| s.0).collect()));
+    println!("with a larger one: {}", quantiles(stated.iter().filter(|s| s.1 >= 5.0).map(|s| s.0).collect()));
+    let true_to = stated.iter().filter(|s| s.0 <= 2.0 * s.1).count();
+    println!("{:.1} % of the widths lie within two stated standard errors", 100.0 * true_to as f64 / stated.len().max(1) as f64);
+    assert!(count < 140 || few(wrong), "more than 3 % of the classes are wrong");
 }

@@ -101,6 +101,7 @@ fn wrap_sheet(args: &FoldArgs, source: &Source, recipe: &Recipe, paper: Paper, t
         "turned": wrap.turned,
         "join_mm": wrap::JOIN,
         "joined_size_mm": wrap.size.to_array(),
+        "cut_margins_mm": wrap.margins,
         "pages": wrap.parts,
         "markers": wrap.markers,
         "patches": wrap.patches,
