@@ -16,6 +16,7 @@ pub mod blur;
 pub mod capture;
 pub mod cells;
 pub mod close_up;
+pub mod descent;
 pub mod identify;
 pub mod indirect;
 pub mod linear;

@@ -60,11 +60,15 @@ pub struct Effort {
     pub cost: [f64; 2],
     /// Whether starts explore a coarse model first.
     pub coarse_first: bool,
+    /// Most evaluations of the fine search of a start, and how many more an unknown.
+    pub refine: [usize; 2],
+    /// Whether the last look, and what confirms it, follows the derivatives of the residuals.
+    pub descent: [bool; 2],
 }
 
 impl Default for Effort {
     fn default() -> Self {
-        Self { size: [0.02, 0.004], cost: [0.02, 0.002], coarse_first: true }
+        Self { size: [0.02, 0.004], cost: [0.02, 0.002], coarse_first: true, refine: [100, 35], descent: [false, true] }
     }
 }
 
@@ -365,8 +369,8 @@ impl Search<'_> {
         let (k, step, evaluations, confirm) = match stage {
             Stage::Explore => (0, 0.2, 60 + 25 * dimensions, 0.0),
             Stage::Refine if !effort.coarse_first => (1, 0.2, 200 + 80 * dimensions, 0.05),
-            Stage::Refine => (1, 0.08, 100 + 35 * dimensions, 0.04),
-            Stage::Polish => (1, 0.02, 40 + 10 * dimensions, 0.0),
+            Stage::Refine => (1, 0.08, effort.refine[0] + effort.refine[1] * dimensions, 0.04),
+            Stage::Polish => (1, 0.1, 40 + 10 * dimensions, 0.0),
         };
         (Limits { step, size: effort.size[k], cost: effort.cost[k], evaluations }, confirm)
     }
@@ -384,11 +388,16 @@ impl Search<'_> {
         let dimensions = starts.first().map_or(0, |s| s.point.len());
         let (limits, confirm) = self.limits(stage, dimensions);
         self.shared.begin_stage(starts.len() * limits.evaluations * 2 / 3);
-        let task = Task { stage, optimiser: self.options.optimiser, limits, confirm, seed: self.options.seed };
-        let mut found = in_parallel(starts, |_, start| {
+        let descent = self.options.effort.descent;
+        let descends = stage == Stage::Refine && descent[0] || stage == Stage::Polish && descent[1];
+        let optimiser = if descends && !self.options.joint { Optimiser::Lm } else { self.options.optimiser };
+        let task = Task { stage, optimiser, limits, confirm, seed: self.options.seed };
+        let one = |start: &Start| {
             let model = self.model(cells, samples, start, indirect, choices)?;
             search::search(&model, start, &task, self.shared)
-        })?;
+        };
+        // A single start has all threads for itself.
+        let mut found = if let [start] = starts { vec![one(start)?] } else { in_parallel(starts, |_, start| one(start))? };
         found.sort_by(|a, b| a.objective.total_cmp(&b.objective).then(a.number.cmp(&b.number)));
         Ok(found)
     }
@@ -575,16 +584,14 @@ fn finish(prepared: &Prepared<'_>, options: &Options, shared: &Shared<'_>, found
             .at_field("parameter")
             .into());
     };
-    let mut identified = Identified::default();
+    let derivatives = identify::derivatives(&model, &best.point, &evaluated, control)?;
+    let identified = identify::identify(&model, &best.point, &evaluated, &derivatives);
+    watch.lap("identify");
+    report("profiles", 0.3);
     let mut profiles = Vec::new();
-    if let Some(derivatives) = identify::derivatives(&model, &best.point, &evaluated, control)? {
-        identified = identify::identify(&model, &best.point, &evaluated, &derivatives);
-        watch.lap("identify");
-        report("profiles", 0.3);
-        if early.is_none() {
-            profiles = identify::profiles(&model, &best.point, &evaluated, (&identified, &derivatives), PROFILES, control)?;
-            watch.lap("profiles");
-        }
+    if early.is_none() {
+        profiles = identify::profiles(&model, &best.point, &evaluated, (&identified, &derivatives), PROFILES, control)?;
+        watch.lap("profiles");
     }
     let state = model.state(&best.point);
     let mut recipe = recipe_of(spec, &state, &model.unknowns, &evaluated.linear);

@@ -73,6 +73,8 @@ enum OptimiserArg {
     Cmaes,
     /// Quadratic models without derivatives (Powell 2009)
     Bobyqa,
+    /// Levenberg and Marquardt, by derivatives of the residuals
+    Lm,
 }
 
 /// `--colours`.
@@ -90,6 +92,7 @@ impl OptimiserArg {
             Self::NelderMead => Optimiser::NelderMead,
             Self::Cmaes => Optimiser::Cmaes,
             Self::Bobyqa => Optimiser::Bobyqa,
+            Self::Lm => Optimiser::Lm,
         }
     }
 }
