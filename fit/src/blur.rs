@@ -80,7 +80,9 @@ fn peak(sigma: f64) -> f64 {
 fn peak_after(sigma: f64) -> f64 {
     let weights = weights();
     let reach = i32::try_from(weights.len()).expect("few") - 1;
-    let at = |pixel: i32| (-reach..=reach).map(|k| weights[k.unsigned_abs() as usize] * blurred_step_mean(f64::from(pixel + k), sigma)).sum::<f64>();
+    let at = |pixel: i32| {
+        (-reach..=reach).map(|k| weights[k.unsigned_abs() as usize] * blurred_step_mean(f64::from(pixel + k), sigma)).sum::<f64>()
+    };
     at(0) - at(-1)
 }
 

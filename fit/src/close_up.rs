@@ -94,7 +94,8 @@ impl CloseUp {
         match Straight::new(photograph, &seen) {
             Some(straight) => {
                 found.period = [0, 1].map(|axis| straight.period(axis));
-                found.blur = blur::of_edges(photograph, &seen).map(|blur| Blur { pixels: blur, length: blur.hypot(BOX) * straight.footprint });
+                found.blur =
+                    blur::of_edges(photograph, &seen).map(|blur| Blur { pixels: blur, length: blur.hypot(BOX) * straight.footprint });
             }
             None => found.notes.push("the period is found on planes and cylinders only, of at least 64 pixels".to_owned()),
         }

@@ -5,15 +5,16 @@ use crate::model::{Model, Origin, Row, colour_of};
 use crate::tile_view::{Part, TileView};
 use biscale::error::Result;
 use biscale::filter::Control;
+use biscale::geometry::Geometry;
 use biscale::material::SmallScale;
 
 /// Relative standard deviation of the light of a kind of pixels in the close-up: direct light only, and with reflections in between.
-const LIGHT: [f64; 2] = [0.02, 0.03];
+const LIGHT: [f64; 2] = [0.015, 0.025];
 /// The same of its tones; neighbours tell nearly the same.
-const TONE: [f64; 2] = [0.04, 0.05];
+const TONE: [f64; 2] = [0.025, 0.035];
 const TONE_WEIGHT: f64 = 0.5;
 /// Standard deviation of a cover.
-const COVER: f64 = 0.03;
+const COVER: f64 = 0.015;
 
 impl Model<'_> {
     /// One period as the close-up shows it, by as many rays as the model has samples; `None` without a close-up.
@@ -22,7 +23,8 @@ impl Model<'_> {
         let blur = close_up.blur_in_periods(small.tile.period.to_array());
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a root of a count")]
         let size = f64::from(self.samples).sqrt().ceil() as usize;
-        TileView::new(small, &self.slots, pair, blur, size, self.seed, control).map(Some)
+        let round = matches!(self.spec.material.geometry, Geometry::Weave(_));
+        TileView::new(small, &self.slots, pair, blur, (size, round), self.seed, control).map(Some)
     }
 
     /// Light, tones and cover of the kinds of the close-up; `guess` are the unknowns, about, and whether pixels are sorted by them.

@@ -24,9 +24,9 @@ use serde::Serialize;
 /// The model while all starts explore.
 pub const COARSE: Level = Level { samples: 1024, cells: 48 };
 /// The model that the best of them refine.
-pub const FINE: Level = Level { samples: 2048, cells: 144 };
+pub const FINE: Level = Level { samples: 4096, cells: 144 };
 /// Samples of the last look.
-pub const POLISH_SAMPLES: u32 = 4096;
+pub const POLISH_SAMPLES: u32 = 8192;
 /// Starts that are refined.
 const REFINED: usize = 3;
 /// Profiles that are made.
@@ -68,7 +68,7 @@ pub struct Effort {
 
 impl Default for Effort {
     fn default() -> Self {
-        Self { size: [0.02, 0.004], cost: [0.02, 0.002], coarse_first: true, refine: [100, 35], descent: [false, true] }
+        Self { size: [0.02, 0.004], cost: [0.02, 0.002], coarse_first: true, refine: [100, 35], descent: [true, true] }
     }
 }
 
