@@ -60,15 +60,13 @@ pub struct Effort {
     pub cost: [f64; 2],
     /// Whether starts explore a coarse model first.
     pub coarse_first: bool,
-    /// Most evaluations of the fine search of a start, and how many more an unknown.
-    pub refine: [usize; 2],
-    /// Whether the last look, and what confirms it, follows the derivatives of the residuals.
-    pub descent: [bool; 2],
+    /// Whether a search of Nelder and Mead ends by steps of Levenberg and Marquardt, on the fine model.
+    pub descent: bool,
 }
 
 impl Default for Effort {
     fn default() -> Self {
-        Self { size: [0.02, 0.004], cost: [0.02, 0.002], coarse_first: true, refine: [100, 35], descent: [true, true] }
+        Self { size: [0.02, 0.004], cost: [0.02, 0.002], coarse_first: true, descent: true }
     }
 }
 
@@ -369,7 +367,7 @@ impl Search<'_> {
         let (k, step, evaluations, confirm) = match stage {
             Stage::Explore => (0, 0.2, 60 + 25 * dimensions, 0.0),
             Stage::Refine if !effort.coarse_first => (1, 0.2, 200 + 80 * dimensions, 0.05),
-            Stage::Refine => (1, 0.08, effort.refine[0] + effort.refine[1] * dimensions, 0.04),
+            Stage::Refine => (1, 0.08, 100 + 35 * dimensions, 0.04),
             Stage::Polish => (1, 0.1, 40 + 10 * dimensions, 0.0),
         };
         (Limits { step, size: effort.size[k], cost: effort.cost[k], evaluations }, confirm)
@@ -388,9 +386,9 @@ impl Search<'_> {
         let dimensions = starts.first().map_or(0, |s| s.point.len());
         let (limits, confirm) = self.limits(stage, dimensions);
         self.shared.begin_stage(starts.len() * limits.evaluations * 2 / 3);
-        let descent = self.options.effort.descent;
-        let descends = stage == Stage::Refine && descent[0] || stage == Stage::Polish && descent[1];
-        let optimiser = if descends && !self.options.joint { Optimiser::Lm } else { self.options.optimiser };
+        let Options { optimiser, joint, effort, .. } = *self.options;
+        let descends = effort.descent && optimiser == Optimiser::NelderMead && stage != Stage::Explore && !joint;
+        let optimiser = if descends { Optimiser::Lm } else { optimiser };
         let task = Task { stage, optimiser, limits, confirm, seed: self.options.seed };
         let one = |start: &Start| {
             let model = self.model(cells, samples, start, indirect, choices)?;
