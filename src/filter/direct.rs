@@ -1,8 +1,8 @@
 //! The direct method: facets shared by all pairs, visibility for exactly the wanted directions, direct sums.
 //!
 //! How many samples a tolerance needs is found by trying: 2,048 spread by area, or more where the triangles are many; if those leave much
-//! to do, a pilot run of at least 8,192 shows where samples are worth most, and these are doubled, sums made so far being kept, until the estimated error meets the tolerance. Long
-//! lists of pairs try this on a part of the list.
+//! to do, a pilot run of at least 8,192 shows where samples are worth most, and these are doubled, sums made so far being kept, until the estimated error meets the tolerance. All but
+//! short lists of pairs try this on a part of the list: the whole then mostly takes one round.
 
 use super::demand::{Demand, Wanted};
 use super::estimate::{PairSums, Spread};
@@ -29,8 +29,14 @@ const MIN_BUDGET_SAMPLES: u32 = 256;
 const MAX_BITS: usize = 256 << 20;
 /// Longer lists of distinct pairs choose the number of samples on a part of about [`PART`] pairs.
 const LONG: usize = 1 << 15;
-/// Pairs of the part of a long list.
+/// Most pairs of the part of a list on which the number of samples is chosen, the share of the list that it is, and fewest: what costs less than
+/// rounds on the whole list, and still tells its error.
 const PART: usize = 1 << 13;
+const PART_SHARE: usize = 8;
+const LEAST_PART: usize = 128;
+/// Lists of more distinct pairs begin with clusters of unequal normals. On shorter ones equal normals, or facets one by one, are as fast, more exact,
+/// and may go where they are worth most (`biscale study`, tables of 272 and 600 directions).
+const WIDE: usize = 1 << 18;
 /// Samples after which, if many more are needed, they go where a pilot run of as many finds them worth most; or the first samples, if those
 /// are more.
 const PILOT_SAMPLES: u32 = 8192;
@@ -48,8 +54,8 @@ const OVERDRAWN: f64 = 1.2;
 const MOST_CLUSTERS: usize = 64;
 /// The same for long lists, which take more samples.
 const MOST_CLUSTERS_LONG: usize = 2048;
-/// Pairs on which the bias of clusters is measured (`numerics.md`, section 3.6).
-const BIAS_PAIRS: usize = 512;
+/// About so many pairs of a list tell the bias of clusters (`numerics.md`, section 3.6). Few grazing viewers make most of it.
+const BIAS_PAIRS: usize = 2048;
 /// Samples up to which directions are looked into that hardly any sample sees.
 pub const MOST_SEARCH: u32 = 1 << 18;
 /// The same as samples times pairs: about a second.
@@ -148,18 +154,22 @@ pub(super) fn traced<'a>(
     #[expect(clippy::cast_possible_truncation, reason = "both halves of the seed are used")]
     let seed = hash(hash(quality.seed as u32) ^ (quality.seed >> 32) as u32);
     let long = demand.pairs.len() > LONG;
+    let plan = quality.plan.as_deref().map(Plan::parse).transpose()?;
+    // A short budget is better spent on the list itself.
+    let in_part = long || (quality.budget.is_none() && demand.pairs.len() >= PART_SHARE * LEAST_PART);
     let part: Vec<Pair>;
-    let (tried, part_demand) = if long {
-        part = part_of(pairs, &demand, PART);
+    let (tried, part_demand) = if in_part {
+        part = part_of(pairs, &demand, (demand.pairs.len() / PART_SHARE).clamp(LEAST_PART, PART));
         (&part[..], Demand::new(&part, symmetric))
     } else {
         (pairs, demand.clone())
     };
     let tasks = part_demand.tasks();
-    let plan = quality.plan.as_deref().map(Plan::parse).transpose()?;
+    let probes = if long { part_of(pairs, &demand, BIAS_PAIRS) } else { Vec::new() };
     // Clusters of unequal normals are a model, whose error must leave room for that of the samples. A plan repeats what was chosen for
     // the tolerance of its day.
-    let mut narrowed = plan.map_or(0, |plan| plan.narrowed);
+    let widest = if demand.pairs.len() > WIDE { 0 } else { WIDTHS.len() - 1 };
+    let mut narrowed = plan.map_or(if long { widest } else { 0 }, |plan| plan.narrowed);
     // Clusters count facets, which must all stand for the same: where a plan spreads them unevenly, whatever surface it was made for, each
     // is summed by itself.
     let even = !plan.is_some_and(|plan| plan.weighted);
@@ -179,23 +189,53 @@ pub(super) fn traced<'a>(
         wanted: 0,
         start,
     };
-    let mut bias = run.cluster_bias()?;
+    let mut bias = run.cluster_bias(&probes)?;
     while bias > BIAS_SHARE * quality.tolerance && plan.is_none() {
         narrowed += 1;
         run.tracer = tracer(narrowed);
-        bias = run.cluster_bias()?;
+        bias = run.cluster_bias(&probes)?;
     }
     run.seconds[0] = (control.clock)() - began;
     let spent = || (control.clock)() - began;
-    let mut outcome = match plan {
-        Some(plan) => run.repeat(plan)?,
-        // On a part of a list the budget must leave time for the whole.
-        None => run.adapt(quality, &spent, if long { 0.25 } else { 1.0 })?,
-    };
     let mut notes = Vec::new();
-    if long {
-        outcome = run.whole(pairs, demand, outcome.plan, quality, &spent)?;
-    }
+    let mut outcome = if in_part {
+        let found = match plan {
+            Some(plan) => {
+                run.weigh_as(plan)?;
+                plan
+            }
+            None if !long && run.start.enough <= run.first() => Plan { start: run.first(), doublings: 0, weighted: false, narrowed: 0 },
+            // On a part of a list the budget must leave time for the whole.
+            None => {
+                let tried = run.adapt(quality, &spent, 0.25, None)?;
+                let samples = match quality.budget {
+                    // Rounds overshoot: between them the error tells. Too few are doubled where that costs little more than having had
+                    // them at once; a long list has each round anew.
+                    None => required(tried.plan.samples(), SAFETY * tried.relative_rms / quality.tolerance, if long { MARGIN } else { 1.0 })
+                        .max(run.first()),
+                    Some(_) => tried.plan.samples(),
+                };
+                Plan { start: samples, doublings: 0, ..tried.plan }
+            }
+        };
+        if long {
+            run.whole(pairs, demand, found, quality, &spent)?
+        } else {
+            (run.pairs, run.tasks, run.demand) = (pairs, demand.tasks(), demand);
+            match plan {
+                Some(plan) => run.repeat(plan)?,
+                None => run.adapt(quality, &spent, 1.0, Some(found))?,
+            }
+        }
+    } else {
+        match plan {
+            Some(plan) => {
+                run.weigh_as(plan)?;
+                run.repeat(plan)?
+            }
+            None => run.adapt(quality, &spent, 1.0, None)?,
+        }
+    };
     outcome.plan.narrowed = narrowed;
     if quality.plan.is_none() && SAFETY * outcome.relative_rms > quality.tolerance {
         let why = if quality.budget.is_some() {
@@ -277,14 +317,17 @@ impl Run<'_, '_> {
         barely_seen > 0 && samples < MOST_SEARCH && sums < MOST_SEARCH_SUMS
     }
 
-    /// Finds the samples that a tolerance needs, or a budget allows; `share` of the budget is for this.
-    fn adapt(&mut self, quality: &Quality, spent: &dyn Fn() -> f64, share: f64) -> Result<Outcome> {
+    /// Finds the samples that a tolerance needs, or a budget allows; `share` of the budget is for this. Begins with what a part of the list
+    /// `found`, and keeps its density.
+    fn adapt(&mut self, quality: &Quality, spent: &dyn Fn() -> f64, share: f64, found: Option<Plan>) -> Result<Outcome> {
         let budget = quality.budget.map(|b| b * PLANNED * share);
         let pilot = self.pilot();
-        let start = if budget.is_some() { MIN_BUDGET_SAMPLES } else { self.first() };
-        let mut plan = Plan { start, doublings: 0, weighted: false, narrowed: 0 };
+        let mut plan = match found {
+            Some(found) => Plan { start: found.samples(), doublings: 0, ..found },
+            None => Plan { start: if budget.is_some() { MIN_BUDGET_SAMPLES } else { self.first() }, doublings: 0, weighted: false, narrowed: 0 },
+        };
         let mut block_began = spent();
-        let (mut total, mut batch) = self.block(0, start)?;
+        let (mut total, mut batch) = self.block(0, plan.start)?;
         loop {
             let per_sample = (spent() - block_began) / f64::from(total.samples >> u32::from(plan.doublings > 0));
             let (values, relative_rms) = self.values(&total);
@@ -297,16 +340,16 @@ impl Run<'_, '_> {
                 return Ok(Outcome { values, relative_rms, plan, barely_seen });
             }
             block_began = spent();
-            let weigh = !plan.weighted && total.samples == pilot && plan.doublings == 0;
-            let fresh = if plan.weighted || wanted <= 2 * total.samples || self.tracer.is_clustered() {
+            let weigh = found.is_none() && !plan.weighted && total.samples == pilot && plan.doublings == 0;
+            let fresh = if wanted <= 2 * total.samples || self.tracer.is_clustered() {
                 None
             } else if weigh {
                 // Weighted samples are worth two to four others.
                 Some((wanted / 4).max(pilot))
-            } else if total.samples <= pilot {
-                Some(wanted.min(pilot))
+            } else if found.is_none() && !plan.weighted && total.samples < pilot && wanted >= 4 * pilot {
+                Some(pilot)
             } else {
-                None
+                self.one_block_pays(total.samples, wanted).then_some(wanted)
             };
             // As many as the budget allows; fewer than there are would be worth it only if they are weighted.
             let least = if weigh { total.samples } else { 2 * total.samples };
@@ -329,13 +372,25 @@ impl Run<'_, '_> {
         }
     }
 
-    /// Does what a plan says.
-    fn repeat(&mut self, plan: Plan) -> Result<Outcome> {
+    /// Whether `wanted` samples cost less in one block than by doubling the `samples` that there are: each block projects all triangles.
+    fn one_block_pays(&self, samples: u32, wanted: u32) -> bool {
+        let rounds_saved = f64::from((wanted / samples).ilog2()) - 1.0;
+        let triangles = self.tracer.surface.triangles.len() as f64;
+        wanted <= BATCH && rounds_saved * triangles * prepared::PROJECTED_TRIANGLE > f64::from(samples) * prepared::PROJECTED_FACET
+    }
+
+    /// Puts samples where the pilot run of a plan says.
+    fn weigh_as(&mut self, plan: Plan) -> Result<()> {
         if plan.weighted {
             let (total, batch) = self.block(0, self.pilot())?;
             let (values, _) = self.values(&total);
             self.weigh(&batch.expect("a pilot run fits one batch"), &values);
         }
+        Ok(())
+    }
+
+    /// Sums the samples of a plan.
+    fn repeat(&mut self, plan: Plan) -> Result<Outcome> {
         let (mut total, _) = self.block(0, plan.start)?;
         for _ in 0..plan.doublings {
             total = total.merge(&self.block(total.samples, total.samples)?.0);
@@ -411,14 +466,14 @@ impl Run<'_, '_> {
         Ok((sums, last.filter(|_| parts == 1)))
     }
 
-    /// What clusters of unequal normals cost: the relative RMS difference of `fbar` from sums facet by facet, over some pairs. Not of `S`: a
+    /// What clusters of unequal normals cost: the relative RMS difference of `fbar` from sums facet by facet, over the pairs `probes`. Not of `S`: a
     /// grazing viewer sees little, and counts as much as any.
-    fn cluster_bias(&self) -> Result<f64> {
+    fn cluster_bias(&self, probes: &[Pair]) -> Result<f64> {
         let groups = &self.tracer.surface.groups;
         if !groups.iter().any(|g| g.cluster.is_some_and(|c| c.covariance != [0.0; 3])) {
             return Ok(0.0);
         }
-        let demand = Demand::new(&part_of(self.pairs, &self.demand, BIAS_PAIRS), false);
+        let demand = Demand::new(probes, false);
         let batch = self.tracer.batch(Runs::of_block(0, PILOT_SAMPLES, 0, 1), &demand.directions)?;
         let lobes = prepared::surface_lobes(&self.small.surfaces);
         let sums = |by_clusters| {
@@ -467,10 +522,16 @@ impl Run<'_, '_> {
 /// A part of a list, of about `count` pairs: those between some of the directions, since each direction costs.
 pub(super) fn part_of(pairs: &[Pair], demand: &Demand, count: usize) -> Vec<Pair> {
     // Half the directions make a quarter of the pairs of a table. Of a list that is none, pairs are left out all the same.
-    let keep_one_in = (demand.pairs.len() as f64 / count as f64).sqrt().round().max(1.0);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of the whole numbers")]
-    let least = (f64::from(u32::MAX) / keep_one_in) as u32;
-    let kept: Vec<bool> = (0_u32..).take(demand.directions.len()).map(|d| hash(d) <= least).collect();
+    let keep_one_in = (demand.pairs.len() as f64 / count as f64).sqrt().round().max(1.0) as usize;
+    // One of so many of like elevation, by chance, since grids repeat their azimuths; and the lowest of all, which often errs most.
+    let mut rising: Vec<u32> = (0_u32..).take(demand.directions.len()).collect();
+    rising.sort_by(|&a, &b| demand.directions[a as usize].z.total_cmp(&demand.directions[b as usize].z).then(a.cmp(&b)));
+    let mut kept = vec![false; demand.directions.len()];
+    for (k, stratum) in (0_u32..).zip(rising.chunks(keep_one_in)) {
+        let place = if k == 0 { 0 } else { hash(k) as usize % stratum.len() };
+        kept[stratum[place] as usize] = true;
+    }
     let chosen = |wanted: &Wanted| demand.pairs[wanted.pair as usize].iter().all(|&d| kept[d as usize]);
     let part: Vec<Pair> = demand.wanted.iter().zip(pairs).filter(|(w, _)| w.as_ref().is_some_and(chosen)).map(|(_, p)| *p).collect();
     if part.len() >= count / 2 { part } else { pairs.iter().step_by(pairs.len().div_ceil(count).max(1)).copied().collect() }
@@ -492,14 +553,20 @@ fn clustering(small: &SmallScale, long: bool, width: f64) -> Option<Clustering> 
     uniform.then(|| Clustering { spread: small.surfaces.iter().map(spread).collect(), most })
 }
 
-/// Samples, a power of two, that bring an error down by `factor`: it falls with the samples to about this power (measured: .63 to .8).
+/// One round too many costs more than a few samples too many.
+const MARGIN: f64 = 1.2;
+
+/// Samples, a power of two, that bring an error down by `factor`, if it is more than 1.
 pub(super) fn needed(samples: u32, factor: f64) -> u32 {
+    if factor > 1.0 { required(samples, factor, MARGIN) } else { samples }
+}
+
+/// `margin` times as many samples as make an error `factor` times smaller, or larger, rounded up to a power of two: errors fall with the
+/// samples to about this power (measured: .63 to .8).
+fn required(samples: u32, factor: f64, margin: f64) -> u32 {
     const RATE: f64 = 0.75;
-    // One round too many costs more than a few samples too many.
-    const MARGIN: f64 = 1.2;
-    let wanted = if factor > 1.0 { MARGIN * f64::from(samples) * factor.powf(1.0 / RATE) } else { f64::from(samples) };
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-    let wanted = wanted.clamp(1.0, f64::from(MAX_SAMPLES)) as u32;
+    let wanted = (margin * f64::from(samples) * factor.powf(1.0 / RATE)).clamp(1.0, f64::from(MAX_SAMPLES)) as u32;
     wanted.next_power_of_two()
 }
 
@@ -529,5 +596,7 @@ mod tests {
         assert_eq!(needed(2048, 2.0), 8192);
         assert_eq!(needed(2048, 1.65), 8192);
         assert_eq!(needed(2048, f64::INFINITY), MAX_SAMPLES);
+        assert_eq!(required(8192, 0.5, 1.0), 4096);
+        assert_eq!(required(8192, 0.0, 1.0), 1);
     }
 }

@@ -25,6 +25,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Samples of a batch: their bits and positions are what is held at once.
 pub(super) const BATCH: u32 = 1 << 16;
+/// What a triangle and a facet cost when they are projected along a direction, measured in nanoseconds; only ratios of costs matter.
+pub(super) const PROJECTED_TRIANGLE: f64 = 40.0;
+pub(super) const PROJECTED_FACET: f64 = 15.0;
 /// Pairs whose sums are held at once when a long list is evaluated: 192 bytes each.
 const GROUP_PAIRS: usize = 1 << 17;
 
@@ -138,11 +141,9 @@ impl<'a> Tracer<'a> {
         Ok(bits)
     }
 
-    /// Whether horizon angles cost less than projections. The costs of one step of each are measured; only their ratios matter.
+    /// Whether horizon angles cost less than projections.
     fn horizon_pays(&self, samples: usize, azimuths: usize, directions: usize) -> bool {
         const ANGLE: f64 = 500.0;
-        const PROJECTED_TRIANGLE: f64 = 40.0;
-        const PROJECTED_FACET: f64 = 15.0;
         let projection = directions as f64 * (self.surface.triangles.len() as f64 * PROJECTED_TRIANGLE + samples as f64 * PROJECTED_FACET);
         azimuths as f64 * samples as f64 * ANGLE < projection
     }

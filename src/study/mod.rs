@@ -16,7 +16,7 @@ mod point_sums;
 mod question;
 
 pub use deviation::{Deviation, Truth, deviation};
-pub use frontier::frontier;
+pub use frontier::{cost_at, frontier};
 pub use ladder::{Family, Series, Work, ladder, truth};
 pub use point_sums::{Placement, Precision};
 pub use question::{Asked, Question, list, table};

@@ -2,7 +2,7 @@
 
 use super::record::{DONE, Record};
 use biscale::filter::LowRankFacts;
-use biscale::study::{Asked, Series, Work, frontier};
+use biscale::study::{Asked, Family, Series, Work, cost_at, frontier};
 
 /// What the runs of a setting say together.
 #[derive(Clone, Debug, PartialEq)]
@@ -129,6 +129,14 @@ pub fn competing(points: &[Point], asked: Asked) -> (Vec<&Point>, Vec<usize>) {
     let places: Vec<[f64; 2]> = competing.iter().map(|p| [p.cpu_s, p.shown_error()]).collect();
     let frontier = frontier(&places);
     (competing, frontier)
+}
+
+/// What the best of the settings that are not `auto` would cost for an error: `None` where none is as exact.
+pub fn best_other(points: &[Point], asked: Asked, error: f64) -> Option<f64> {
+    let (shown, _) = competing(points, asked);
+    // A bound of an error is none.
+    let others = shown.iter().filter(|p| p.work.family() != Family::Auto && p.is_resolved());
+    cost_at(&others.map(|p| [p.cpu_s, p.error]).collect::<Vec<_>>(), error)
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use super::Plan;
 use super::axes::{percent, seconds, significant};
 use super::pictures::Picture;
-use super::points::{Point, competing};
+use super::points::{Point, best_other, competing};
 use super::record::{DONE, Record, TRUTH};
 use biscale::study::{Asked, Family, Series, Truth};
 use std::fmt::Write as _;
@@ -42,6 +42,7 @@ impl Study<'_> {
             frontier(&mut out, points, *asked);
         }
         self.kept(&mut out, points);
+        against_best(&mut out, points);
         let _ = writeln!(
             out,
             "\n## What each setting buys\n\nOne thing is changed at a time. *Error* and *CPU* are followed by their ratio to the line above."
@@ -211,6 +212,26 @@ fn frontier(out: &mut String, points: &[Point], asked: Asked) {
             error(p),
             p.work
         );
+    }
+}
+
+/// What the program's own choice costs beside the best other one for the error that it reached.
+fn against_best(out: &mut String, points: &[Point]) {
+    let auto: Vec<&Point> = points.iter().filter(|p| p.is_done() && p.work.family() == Family::Auto).collect();
+    if auto.is_empty() {
+        return;
+    }
+    let _ = writeln!(
+        out,
+        "\n## `auto` beside the best other choice\n\n*Best* is the CPU time of the frontier of all other settings at the error that `auto` reached, \
+         between two settings by a power law; the best of many runs is a lucky one. `-`: no other setting is as exact, or the reference cannot tell.\n\n\
+         | question | setting | error | CPU | best | CPU / best |\n|---|---|---|---|---|---|"
+    );
+    for p in auto {
+        let best = p.is_resolved().then(|| best_other(points, p.asked, p.error)).flatten();
+        let ratio = best.map_or("-".to_owned(), |best| format!("{:.2}", p.cpu_s / best));
+        let best = best.map_or("-".to_owned(), seconds);
+        let _ = writeln!(out, "| {} | `{}` | {} | {} | {best} | {ratio} |", p.asked.name(), p.work, error(p), seconds(p.cpu_s));
     }
 }
 
