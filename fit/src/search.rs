@@ -106,9 +106,10 @@ impl<'a> Shared<'a> {
         Self { control, deadline, memory, trace, expected: AtomicUsize::new(1), better, best }
     }
 
-    /// Whether the search must end early.
+    /// Whether the search must end early. A time limit lets one evaluation pass: without any there is no best so far.
     pub fn must_end(&self) -> bool {
-        self.control.check().is_err() || self.deadline.is_some_and(|d| (self.control.clock)() >= d)
+        let evaluated = || !self.trace.lock().unwrap_or_else(std::sync::PoisonError::into_inner).is_empty();
+        self.control.check().is_err() || self.deadline.is_some_and(|d| (self.control.clock)() >= d && evaluated())
     }
 
     /// Begins a stage, whose bests are not compared with those of the stage before.

@@ -211,8 +211,10 @@ pub(super) fn traced<'a>(
                 let samples = match quality.budget {
                     // Rounds overshoot: between them the error tells. Too few are doubled where that costs little more than having had
                     // them at once; a long list has each round anew.
-                    None => required(tried.plan.samples(), SAFETY * tried.relative_rms / quality.tolerance, if long { MARGIN } else { 1.0 })
-                        .max(run.first()),
+                    None => {
+                        required(tried.plan.samples(), SAFETY * tried.relative_rms / quality.tolerance, if long { MARGIN } else { 1.0 })
+                            .max(run.first())
+                    }
                     Some(_) => tried.plan.samples(),
                 };
                 Plan { start: samples, doublings: 0, ..tried.plan }
@@ -324,7 +326,9 @@ impl Run<'_, '_> {
         let pilot = self.pilot();
         let mut plan = match found {
             Some(found) => Plan { start: found.samples(), doublings: 0, ..found },
-            None => Plan { start: if budget.is_some() { MIN_BUDGET_SAMPLES } else { self.first() }, doublings: 0, weighted: false, narrowed: 0 },
+            None => {
+                Plan { start: if budget.is_some() { MIN_BUDGET_SAMPLES } else { self.first() }, doublings: 0, weighted: false, narrowed: 0 }
+            }
         };
         let mut block_began = spent();
         let (mut total, mut batch) = self.block(0, plan.start)?;
