@@ -89,5 +89,6 @@ fn seen_from(folder: &Path, file: &Path) -> String {
             .strip_prefix(beside)
             .map_or_else(|_| std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf()), Path::to_path_buf),
     };
-    path.display().to_string()
+    // The file may lie in the folder itself.
+    if path.as_os_str().is_empty() { ".".to_owned() } else { path.display().to_string() }
 }

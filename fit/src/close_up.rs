@@ -9,6 +9,7 @@
 //! - its *tones*: the mean radiance of its darkest fifth, of its next one, and so on, against those of its facets. They tell gloss from
 //!   diffuse light, and round threads from flat ones.
 
+use crate::blur;
 use crate::cells::Sight;
 use crate::period::{Period, Straight};
 use crate::photograph::Photograph;
@@ -40,6 +41,8 @@ const ROUNDS: usize = 30;
 pub struct CloseUp {
     /// Period along tile x and y, in the units of the close-up's camera.
     pub period: [Option<Period>; 2],
+    /// How the camera blurs, if edges tell it.
+    pub blur: Option<Blur>,
     /// Directions in the middle of the picture, tile's frame: to the light, to the viewer.
     #[serde(skip)]
     pub pair: Option<Pair>,
@@ -57,6 +60,18 @@ pub struct CloseUp {
     #[serde(skip)]
     pub labels: Vec<u8>,
 }
+
+/// How a camera blurs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Blur {
+    /// Standard deviation, pixels, beside the extent of the pixels themselves.
+    pub pixels: f64,
+    /// Standard deviation on the surface, in the units of the camera, with the extent of the pixels.
+    pub length: f64,
+}
+
+/// Standard deviation of a place within a pixel.
+pub const BOX: f64 = 0.288_675_134_594_812_9;
 
 /// Pixels of one colour.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -77,7 +92,11 @@ impl CloseUp {
         let mut found = Self { exposure_known: photograph.exposure_known, ..Self::default() };
         let seen: Vec<(u32, DVec3)> = sights.iter().map(|s| (s.pixel, s.position)).collect();
         match Straight::new(photograph, &seen) {
-            Some(straight) => found.period = [0, 1].map(|axis| straight.period(axis)),
+            Some(straight) => {
+                found.period = [0, 1].map(|axis| straight.period(axis));
+                found.blur =
+                    blur::of_edges(photograph, &seen).map(|blur| Blur { pixels: blur, length: blur.hypot(BOX) * straight.footprint });
+            }
             None => found.notes.push("the period is found on planes and cylinders only, of at least 64 pixels".to_owned()),
         }
         let image = &photograph.image;
@@ -94,7 +113,7 @@ impl CloseUp {
         let surfaces = start.surfaces.len();
         let mut light: Vec<f64> = pixels.iter().map(|p| p.iter().sum()).collect();
         light.sort_by(f64::total_cmp);
-        let bright = light[(0.9 * (light.len() - 1) as f64).round() as usize];
+        let bright = light[bright_place(light.len())];
         let dark = DARK * bright;
         let (kinds, labels) = if (2..=MOST_KINDS).contains(&surfaces) { sort(&pixels, surfaces, dark) } else { (1, vec![0; pixels.len()]) };
         if surfaces > 1 && kinds == 1 {
@@ -113,6 +132,14 @@ impl CloseUp {
             found.labels[sight.pixel as usize] = label;
         }
         found
+    }
+
+    /// Standard deviations of the blur along tile x and y, in periods of a tile; 0 where no period tells how large one is in the picture.
+    pub fn blur_in_periods(&self, tile: [f64; 2]) -> [f64; 2] {
+        let Some(blur) = self.blur else { return [0.0; 2] };
+        let scale = |axis: usize| self.period[axis].map(|p| tile[axis] / p.length);
+        let Some(any) = scale(0).or(scale(1)) else { return [0.0; 2] };
+        [0, 1].map(|axis| blur.length * scale(axis).unwrap_or(any) / tile[axis])
     }
 
     /// Whether the kinds are surfaces.
@@ -149,23 +176,7 @@ fn sort(pixels: &[[f64; 3]], kinds: usize, dark: f64) -> (usize, Vec<usize>) {
         centres.push(chroma[far.expect("there are bright pixels")]);
     }
     centres.remove(0);
-    let nearest = |p: [f64; 3], centres: &[[f64; 3]]| {
-        (0..centres.len()).min_by(|&a, &b| distance(p, centres[a]).total_cmp(&distance(p, centres[b]))).expect("there are kinds")
-    };
-    for _ in 0..ROUNDS {
-        let mut members: Vec<Vec<usize>> = vec![Vec::new(); kinds];
-        for &k in &bright {
-            members[nearest(chroma[k], &centres)].push(k);
-        }
-        if members.iter().any(Vec::is_empty) {
-            return one;
-        }
-        let new: Vec<[f64; 3]> = members.iter().map(|m| mean(m)).collect();
-        if new == centres {
-            break;
-        }
-        centres = new;
-    }
+    let Some(centres) = settle(&chroma, &bright, centres, ROUNDS) else { return one };
     let apart = (0..kinds).flat_map(|a| (0..a).map(move |b| (a, b))).map(|(a, b)| distance(centres[a], centres[b]));
     let apart = apart.fold(f64::INFINITY, f64::min);
     let spread =
@@ -174,6 +185,54 @@ fn sort(pixels: &[[f64; 3]], kinds: usize, dark: f64) -> (usize, Vec<usize>) {
         return one;
     }
     (kinds, chroma.iter().map(|&p| nearest(p, &centres)).collect())
+}
+
+fn nearest(p: [f64; 3], centres: &[[f64; 3]]) -> usize {
+    (0..centres.len()).min_by(|&a, &b| distance(p, centres[a]).total_cmp(&distance(p, centres[b]))).expect("there are kinds")
+}
+
+/// Lloyd's iteration over the members of a list; `None` if a kind has none.
+fn settle(chroma: &[[f64; 3]], bright: &[usize], mut centres: Vec<[f64; 3]>, rounds: usize) -> Option<Vec<[f64; 3]>> {
+    for _ in 0..rounds {
+        let mut sums = vec![([0.0; 3], 0.0); centres.len()];
+        for &k in bright {
+            let (sum, count) = &mut sums[nearest(chroma[k], &centres)];
+            (0..3).for_each(|c| sum[c] += chroma[k][c]);
+            *count += 1.0;
+        }
+        if sums.iter().any(|s| s.1 == 0.0) {
+            return None;
+        }
+        let new: Vec<[f64; 3]> = sums.into_iter().map(|(sum, count)| sum.map(|v| v / count)).collect();
+        if new == centres {
+            break;
+        }
+        centres = new;
+    }
+    Some(centres)
+}
+
+/// Sorts pixels by chromaticity from the kinds `labels` on, as the pixels of the photograph were; `None` if a kind has no pixels.
+pub fn sort_from(pixels: &[[f64; 3]], labels: &[usize], kinds: usize, dark: f64, rounds: usize) -> Option<Vec<usize>> {
+    let chroma: Vec<[f64; 3]> = pixels.iter().map(|&p| chromaticity(p)).collect();
+    let bright: Vec<usize> = (0..pixels.len()).filter(|&k| pixels[k].iter().sum::<f64>() > dark).collect();
+    let mut sums = vec![([0.0; 3], 0.0); kinds];
+    for &k in &bright {
+        let (sum, count) = &mut sums[labels[k]];
+        (0..3).for_each(|c| sum[c] += chroma[k][c]);
+        *count += 1.0;
+    }
+    if sums.iter().any(|s| s.1 == 0.0) {
+        return None;
+    }
+    let centres = settle(&chroma, &bright, sums.into_iter().map(|(sum, count)| sum.map(|v| v / count)).collect(), rounds)?;
+    Some(chroma.iter().map(|&p| nearest(p, &centres)).collect())
+}
+
+/// Place of the 90th percentile in a sorted list: what is dark is so against that.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the list")]
+pub fn bright_place(count: usize) -> usize {
+    (0.9 * (count - 1) as f64).round() as usize
 }
 
 fn kind(pixels: &[[f64; 3]], labels: &[usize], kind: usize, dark: f64) -> Kind {

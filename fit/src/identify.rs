@@ -94,24 +94,38 @@ fn residuals(evaluated: &Evaluated) -> Vec<f64> {
     evaluated.rows.iter().map(|(row, _)| evaluated.residual(row)).chain(evaluated.fixed.iter().copied()).collect()
 }
 
-/// The derivatives at a point; `None` if it makes no surface.
+/// The points at which residuals tell derivatives: a step back and a step on along each unknown of the search.
+pub fn sides(point: &[f64]) -> Vec<Vec<f64>> {
+    let side = |(i, step): (usize, f64)| {
+        let mut at = point.to_vec();
+        at[i] = (at[i] + step).clamp(0.0, 1.0);
+        at
+    };
+    (0..point.len()).flat_map(|i| [(i, -STEP), (i, STEP)]).map(side).collect()
+}
+
+/// The derivatives at a point.
 ///
 /// # Errors
 /// Those of the model.
-pub fn derivatives(model: &Model<'_>, point: &[f64], best: &Evaluated, control: &Control<'_>) -> Result<Option<Derivatives>> {
+pub fn derivatives(model: &Model<'_>, point: &[f64], best: &Evaluated, control: &Control<'_>) -> Result<Derivatives> {
+    let moved = in_parallel(&sides(point), |_, at| model.evaluate_with(at, Some(&best.linear), control))?;
+    Ok(derivatives_of(model, point, best, &moved))
+}
+
+/// The derivatives at a point, from the evaluations of its [`sides`] with the linear unknowns held; `None` of those that make no surface.
+pub fn derivatives_of(model: &Model<'_>, point: &[f64], best: &Evaluated, moved: &[Option<Evaluated>]) -> Derivatives {
     let n = point.len();
-    let sides: Vec<(usize, f64)> = (0..n).flat_map(|i| [(i, -STEP), (i, STEP)]).collect();
-    let moved = in_parallel(&sides, |_, &(i, step)| {
-        let mut at = point.to_vec();
-        at[i] = (at[i] + step).clamp(0.0, 1.0);
-        Ok(model.evaluate_with(&at, Some(&best.linear), control)?.map(|e| (at[i], residuals(&e))))
-    })?;
+    let places = sides(point);
     let here = residuals(best);
     let total = n + best.linear.len();
     let mut rows = vec![vec![0.0; total]; here.len()];
     for i in 0..n {
         // Where a side makes no surface the other one does with the middle.
-        let side = |k: usize| moved[2 * i + k].clone().unwrap_or_else(|| (point[i], here.clone()));
+        let side = |k: usize| match &moved[2 * i + k] {
+            Some(evaluated) => (places[2 * i + k][i], residuals(evaluated)),
+            None => (point[i], here.clone()),
+        };
         let ((low, before), (high, after)) = (side(0), side(1));
         if high > low {
             for (k, row) in rows.iter_mut().enumerate() {
@@ -134,7 +148,7 @@ pub fn derivatives(model: &Model<'_>, point: &[f64], best: &Evaluated, control: 
         row.iter_mut().for_each(|v| *v *= w);
     }
     let residuals = here.iter().zip(&weights).map(|(r, w)| r * w).collect();
-    Ok(Some(Derivatives { rows, close_up, residuals, variables: n }))
+    Derivatives { rows, close_up, residuals, variables: n }
 }
 
 impl Derivatives {

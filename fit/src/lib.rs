@@ -12,13 +12,16 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic"))]
 
+pub mod blur;
 pub mod capture;
 pub mod cells;
 pub mod close_up;
+pub mod descent;
 pub mod identify;
 pub mod indirect;
 pub mod linear;
 pub mod model;
+mod near;
 pub mod optimise;
 pub mod period;
 pub mod photograph;
@@ -28,4 +31,5 @@ pub mod run;
 pub mod search;
 pub mod spec;
 pub mod template;
+pub mod tile_view;
 pub mod validate;

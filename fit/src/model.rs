@@ -1,15 +1,16 @@
 //! From a guess to residuals: the material with its numbers, its effective BRDF where the photographs need it, and the colours that fit best.
 
 use crate::cells::Cells;
-use crate::close_up::{self, CloseUp, Kind};
+use crate::close_up::CloseUp;
 use crate::linear::Normal;
 use crate::recipe::Recipe;
 use crate::spec::{Parameter, Spec};
+use crate::tile_view::TileView;
 use biscale::brdf::Brdf;
 use biscale::direction::Pair;
 use biscale::error::{Error, Result};
 use biscale::filter::Control;
-use biscale::filter::frozen::{Frozen, LitFacet, Shares, Slot, SlotColour};
+use biscale::filter::frozen::{Frozen, Shares, Slot, SlotColour};
 use biscale::material::{Material, SmallScale, Surface, Tint};
 
 /// Residuals beyond this many standard deviations count linearly (Huber 1964).
@@ -19,14 +20,6 @@ const ROUNDS: usize = 12;
 const SETTLED: f64 = 1e-7;
 /// Standard deviation of the veil, as a share of the mean radiance of its photograph.
 const VEIL_SIGMA: f64 = 0.02;
-/// Relative standard deviation of the light of a kind of pixels in the close-up: direct light only, and with reflections in between.
-const CLOSE_UP_LIGHT: [f64; 2] = [0.02, 0.03];
-/// The same of its tones, which the camera's blur changes as well; neighbours tell nearly the same.
-const CLOSE_UP_TONE: [f64; 2] = [0.04, 0.05];
-const TONE_WEIGHT: f64 = 0.5;
-/// Standard deviation of a cover in the close-up.
-const CLOSE_UP_COVER: f64 = 0.03;
-
 /// How fine a model is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Level {
@@ -104,7 +97,7 @@ pub struct Row {
 }
 
 /// Rows with their origins, and residuals that do not depend on the unknowns.
-type Equations = (Vec<(Row, Origin)>, Vec<f64>);
+pub(crate) type Equations = (Vec<(Row, Origin)>, Vec<f64>);
 
 /// Where a row comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -134,10 +127,10 @@ pub struct Model<'a> {
     /// What is added to direct light.
     pub indirect: Option<&'a Indirect>,
     frozen: Frozen,
-    samples: u32,
-    seed: u32,
+    pub(crate) samples: u32,
+    pub(crate) seed: u32,
     opaque: bool,
-    slots: Vec<Slot>,
+    pub(crate) slots: Vec<Slot>,
 }
 
 /// A guess evaluated.
@@ -377,14 +370,14 @@ impl<'a> Model<'a> {
             upper.clone_from_slice(held);
         }
         let looked = self.look(&state, &small, control)?;
-        // Which facets of the close-up are the brightest depends on the colours: those of the start first, then those that are found with them.
+        // How the pixels of the close-up are sorted depends on the colours: by those of the start first, then by those that are found with them.
         let guess = linear.map_or_else(|| self.start_colours(&small), <[f64]>::to_vec);
-        let (rows, fixed) = self.equations(&state, &small, &looked, &guess);
+        let (rows, fixed) = self.equations(&state, &small, &looked, (&guess, linear.is_some()));
         let first = solve(rows, fixed, &lower, &upper);
-        if linear.is_some() || looked.lit.is_empty() {
+        if linear.is_some() || looked.near.is_none() {
             return Ok(Some(first));
         }
-        let (rows, fixed) = self.equations(&state, &small, &looked, &first.linear);
+        let (rows, fixed) = self.equations(&state, &small, &looked, (&first.linear, true));
         Ok(Some(solve(rows, fixed, &lower, &upper)))
     }
 
@@ -403,8 +396,6 @@ impl<'a> Model<'a> {
         for (cells, light) in self.photographs.iter().zip(&state.lights) {
             pairs.extend(cells.pairs(*light));
         }
-        let near = self.close_up.and_then(|c| c.pair);
-        pairs.extend(near);
         // A surface of other triangles gets samples of its own.
         let fresh;
         let frozen = if self.frozen.fits(small) {
@@ -413,14 +404,12 @@ impl<'a> Model<'a> {
             fresh = Frozen::new(small, self.samples, self.seed, &pairs, control)?;
             &fresh
         };
-        let placed = frozen.on(small, control)?;
-        let shares = placed.shares(&pairs, &self.slots)?;
-        let lit = near.map(|pair| placed.lit(pair)).transpose()?.unwrap_or_default();
-        Ok(Looked { shares, lit })
+        let shares = frozen.on(small, control)?.shares(&pairs, &self.slots)?;
+        Ok(Looked { shares, near: self.near_view(small, control)? })
     }
 
-    /// The equations of a state, and the residuals that are none; `guess` are the unknowns, about.
-    fn equations(&self, state: &State, small: &SmallScale, looked: &Looked, guess: &[f64]) -> Equations {
+    /// The equations of a state, and the residuals that are none; `guess` are the unknowns, about, and whether the close-up's pixels are sorted by them.
+    fn equations(&self, state: &State, small: &SmallScale, looked: &Looked, guess: (&[f64], bool)) -> Equations {
         let shares = &looked.shares;
         let mut rows = Vec::new();
         let mut first = 0;
@@ -431,7 +420,7 @@ impl<'a> Model<'a> {
                 let factor = if self.opaque && shares.av[at] > 0.0 { cell.wo.z / shares.av[at] } else { 1.0 } * cell.inverse_cosine;
                 for c in 0..3 {
                     let scale = cell.irradiance[c] * factor;
-                    let (mut terms, mut known) = self.terms(|slot| scale * shares.s[slot][at][c], c, small, None);
+                    let (mut terms, mut known) = self.terms(|slot| scale * shares.s[slot][at][c], c, small);
                     if let Some(indirect) = self.indirect {
                         known += cell.irradiance[c] * indirect.cells[p][k][c];
                     }
@@ -445,22 +434,17 @@ impl<'a> Model<'a> {
             first += cells.cells.len();
         }
         let mut fixed = Vec::new();
-        if let Some((close_up, pair)) = self.close_up.and_then(|c| Some((c, c.pair?))) {
-            let near = Near { close_up, pair, at: first, looked, guess };
-            self.close_up_rows(&near, small, &mut rows, &mut fixed);
+        if let Some((close_up, view)) = self.close_up.zip(looked.near.as_ref()) {
+            self.close_up_rows(close_up, view, small, guess, (&mut rows, &mut fixed));
         }
         self.priors(state, &mut rows, &mut fixed);
         (rows, fixed)
     }
 
-    /// Coefficients of the unknowns in light of which `share` is the part of each slot in a channel, and what is known of it; of one surface
-    /// only, or of all.
-    fn terms(&self, share: impl Fn(usize) -> f64, channel: usize, small: &SmallScale, only: Option<usize>) -> (Vec<(usize, f64)>, f64) {
+    /// Coefficients of the unknowns in light of which `share` is the part of each slot in a channel, and what is known of it.
+    pub(crate) fn terms(&self, share: impl Fn(usize) -> f64, channel: usize, small: &SmallScale) -> (Vec<(usize, f64)>, f64) {
         let (mut terms, mut known) = (Vec::new(), 0.0);
         for (place, slot) in self.slots.iter().enumerate() {
-            if only.is_some_and(|surface| surface != slot.surface) {
-                continue;
-            }
             let share = share(place);
             match self.unknown(*slot, channel) {
                 Some(k) => terms.push((k, share)),
@@ -471,104 +455,11 @@ impl<'a> Model<'a> {
     }
 
     /// The unknown that a slot's colour is in a channel.
-    fn unknown(&self, slot: Slot, channel: usize) -> Option<usize> {
+    pub(crate) fn unknown(&self, slot: Slot, channel: usize) -> Option<usize> {
         self.unknowns.iter().position(|u| match u.kind {
             UnknownKind::Colour(k, c) => self.spec.colours[k].slot == slot && c.is_none_or(|c| c == channel),
             UnknownKind::Veil(..) => false,
         })
-    }
-
-    /// Light, tones and cover of the kinds of the close-up.
-    fn close_up_rows(&self, near: &Near<'_>, small: &SmallScale, rows: &mut Vec<(Row, Origin)>, fixed: &mut Vec<f64>) {
-        let Near { close_up, pair, at, looked, .. } = *near;
-        let apart = close_up.tells_surfaces_apart(small.surfaces.len());
-        let between = usize::from(self.indirect.is_some());
-        let facets = self.bright_facets(near, small);
-        for (k, kind) in close_up.kinds.iter().enumerate() {
-            let only = apart.then(|| self.choice[k]);
-            let extra = |c: usize| match self.indirect {
-                Some(indirect) => close_up.irradiance[c] * if apart { indirect.kinds[k][c] } else { indirect.close_up[c] },
-                None => 0.0,
-            };
-            let own: Vec<&LitFacet> = facets.iter().filter(|f| only.is_none_or(|s| f.surface == s)).copied().collect();
-            if apart {
-                fixed.push((own.iter().map(|f| f.area).sum::<f64>() / pair.wo.z - kind.cover) / CLOSE_UP_COVER);
-            }
-            if !close_up.exposure_known {
-                continue;
-            }
-            for c in 0..3 {
-                let scale = close_up.irradiance[c] / pair.wo.z;
-                let (terms, known) = self.terms(|slot| scale * looked.shares.s[slot][at][c], c, small, only);
-                let sigma = CLOSE_UP_LIGHT[between] * spread(kind.light, c);
-                rows.push((Row { terms, known: known + extra(c), value: kind.light[c], sigma, weight: 1.0 }, Origin::CloseUp));
-            }
-            self.tone_rows(kind, &own, |c| (close_up.irradiance[c], extra(c) / kind.cover.max(0.05)), small, only, rows);
-        }
-    }
-
-    /// What is seen and lit in the close-up, without what is dark, the darkest first.
-    fn bright_facets<'f>(&self, near: &Near<'f>, small: &SmallScale) -> Vec<&'f LitFacet> {
-        let irradiance = near.close_up.irradiance;
-        let colours: Vec<[f64; 3]> = (self.slots.iter())
-            .map(|slot| std::array::from_fn(|c| self.unknown(*slot, c).map_or_else(|| colour_of(small, *slot)[c], |k| near.guess[k])))
-            .collect();
-        // Slots come surface by surface.
-        let first: Vec<usize> =
-            (0..small.surfaces.len()).map(|s| self.slots.iter().position(|slot| slot.surface == s).unwrap_or(0)).collect();
-        let brightness = |f: &LitFacet| {
-            let slots = self.slots[first[f.surface]..].iter().take_while(|slot| slot.surface == f.surface).count();
-            let of = |k: usize| (0..3).map(|c| irradiance[c] * f.shares[k][c] * colours[first[f.surface] + k][c]).sum::<f64>();
-            (0..slots).map(of).sum::<f64>()
-        };
-        let mut facets: Vec<(f64, &LitFacet)> = near.looked.lit.iter().map(|f| (brightness(f), f)).collect();
-        facets.sort_by(|a, b| a.0.total_cmp(&b.0));
-        // A tenth of the picture is brighter than this; what is not lit counts as well.
-        let (mut above, mut bright) = (0.1 * near.pair.wo.z, 0.0);
-        for (value, f) in facets.iter().rev() {
-            bright = *value;
-            above -= f.area;
-            if above <= 0.0 {
-                break;
-            }
-        }
-        let dark = facets.partition_point(|(value, _)| *value <= close_up::DARK * bright);
-        facets[dark..].iter().map(|(_, f)| *f).collect()
-    }
-
-    /// The tones of a kind, whose facets are `own`; `light` gives the irradiance and what is added in a channel.
-    fn tone_rows(
-        &self,
-        kind: &Kind,
-        own: &[&LitFacet],
-        light: impl Fn(usize) -> (f64, f64),
-        small: &SmallScale,
-        only: Option<usize>,
-        rows: &mut Vec<(Row, Origin)>,
-    ) {
-        if kind.tones.is_empty() || own.is_empty() {
-            return;
-        }
-        let sigma = CLOSE_UP_TONE[usize::from(self.indirect.is_some())];
-        // For each slot the tones of its share.
-        let mut first = 0;
-        let shares: Vec<Vec<[f64; 3]>> = (0..self.slots.len())
-            .map(|k| {
-                if k > 0 && self.slots[k].surface != self.slots[k - 1].surface {
-                    first = k;
-                }
-                let surface = self.slots[k].surface;
-                close_up::tones(own.iter().map(|f| (f.area, if f.surface == surface { f.shares[k - first] } else { [0.0; 3] })))
-            })
-            .collect();
-        for (b, tone) in kind.tones.iter().enumerate() {
-            for c in 0..3 {
-                let (irradiance, extra) = light(c);
-                let (terms, known) = self.terms(|slot| irradiance * shares[slot][b][c], c, small, only);
-                let sigma = sigma * spread(*tone, c);
-                rows.push((Row { terms, known: known + extra, value: tone[c], sigma, weight: TONE_WEIGHT }, Origin::CloseUp));
-            }
-        }
     }
 
     fn priors(&self, state: &State, rows: &mut Vec<(Row, Origin)>, fixed: &mut Vec<f64>) {
@@ -591,27 +482,11 @@ impl<'a> Model<'a> {
     }
 }
 
-/// The size that a channel's standard deviation is a share of: one that is nearly dark is not known to a share of itself.
-fn spread(colour: [f64; 3], channel: usize) -> f64 {
-    let whole = colour.iter().copied().fold(0.0, f64::max);
-    colour[channel].hypot(0.3 * whole).max(1e-9)
-}
-
 /// The surface as the photographs need it.
 struct Looked {
     shares: Shares,
     /// What the close-up shows.
-    lit: Vec<LitFacet>,
-}
-
-/// The close-up, beside the surface.
-struct Near<'a> {
-    close_up: &'a CloseUp,
-    pair: Pair,
-    /// Place of the pair in the shares.
-    at: usize,
-    looked: &'a Looked,
-    guess: &'a [f64],
+    near: Option<TileView>,
 }
 
 /// A point of the search in its own units.

@@ -30,11 +30,13 @@ pub enum Optimiser {
     Cmaes,
     /// Quadratic models without derivatives (Powell 2009).
     Bobyqa,
+    /// Levenberg and Marquardt on the residuals: `descent`.
+    Lm,
 }
 
 impl Optimiser {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::NelderMead, Self::Cmaes, Self::Bobyqa];
+    pub const ALL: [Self; 4] = [Self::NelderMead, Self::Cmaes, Self::Bobyqa, Self::Lm];
 
     /// As the command line calls it.
     pub fn name(self) -> &'static str {
@@ -42,6 +44,7 @@ impl Optimiser {
             Self::NelderMead => "nelder-mead",
             Self::Cmaes => "cmaes",
             Self::Bobyqa => "bobyqa",
+            Self::Lm => "lm",
         }
     }
 }
@@ -196,6 +199,8 @@ pub fn minimise(
         _ if n == 1 => nelder_mead(&problem, start, limits),
         Optimiser::Cmaes => cmaes(&problem, start, limits, seed),
         Optimiser::Bobyqa => bobyqa(&problem, start, limits),
+        // It needs residuals, and is asked for elsewhere where there are any.
+        Optimiser::Lm => nelder_mead(&problem, start, limits),
     };
     let (converged, restarts) = match outcome {
         Ok(ended) => ended,

@@ -39,6 +39,8 @@ pub struct Straight {
     pub height: usize,
     /// Size of a pixel.
     pub pixel: f64,
+    /// Size that a pixel of the photograph has on the surface.
+    pub footprint: f64,
     /// Linear radiance, row 0 at the lowest y; NaN where the photograph does not say.
     pub rgb: Vec<[f32; 3]>,
 }
@@ -100,7 +102,8 @@ impl Straight {
         }
         let area = (high[0] - low[0]) * (high[1] - low[1]);
         // As many pixels as the photograph has there, unless it has very many.
-        let pixel = (area / places.len() as f64).sqrt().max((high[0] - low[0]).max(high[1] - low[1]) / MOST as f64);
+        let footprint = (area / places.len() as f64).sqrt();
+        let pixel = footprint.max((high[0] - low[0]).max(high[1] - low[1]) / MOST as f64);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most MOST")]
         let count = |k: usize| (((high[k] - low[k]) / pixel).floor() as usize).clamp(1, MOST);
         let (width, height) = (count(0), count(1));
@@ -109,7 +112,7 @@ impl Straight {
             let p = place(photograph, [low[0] + (column as f64 + 0.5) * pixel, low[1] + (row as f64 + 0.5) * pixel]);
             p.map_or([f32::NAN; 3], |p| lookup(photograph, p))
         };
-        Some(Self { width, height, pixel, rgb: (0..width * height).into_par_iter().map(at).collect() })
+        Some(Self { width, height, pixel, footprint, rgb: (0..width * height).into_par_iter().map(at).collect() })
     }
 
     /// The period along tile x (0) or y (1); `None` if the picture does not repeat along it.
@@ -205,7 +208,7 @@ mod tests {
     fn picture(width: usize, height: usize, f: impl Fn(f64, f64) -> f64) -> Straight {
         #[expect(clippy::cast_possible_truncation, reason = "a test")]
         let rgb = (0..width * height).map(|k| [f((k % width) as f64 + 0.5, (k / width) as f64 + 0.5) as f32; 3]).collect();
-        Straight { width, height, pixel: 0.5, rgb }
+        Straight { width, height, pixel: 0.5, footprint: 0.5, rgb }
     }
 
     #[test]

@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 
 /// Share of the pixels at exactly the largest value of a channel from which on the photograph counts as clipped there.
 const CLIPPED: f64 = 2e-3;
+/// How much more often than any other value the largest one is there in a clipped channel.
+const MORE_OFTEN: usize = 4;
 /// Pixels this near to a clipped value are clipped as well: filters have moved them.
 const NEARLY: f32 = 0.99;
 
@@ -135,13 +137,20 @@ impl Image {
         count
     }
 
-    /// A sensor that is full says the same largest value again and again.
+    /// A sensor that is full says the same largest value again and again. So does a flat surface in a picture without noise; but there other
+    /// values repeat as well.
     fn leave_out_clipped(&mut self) {
         let valid = self.rgb.iter().filter(|p| !p[0].is_nan()).count();
         let limit: [f32; 3] = std::array::from_fn(|c| {
             let top = self.rgb.iter().map(|p| p[c]).filter(|v| !v.is_nan()).fold(0.0, f32::max);
             let at_top = self.rgb.iter().filter(|p| p[c] == top).count();
-            if top > 0.0 && at_top > 4 && at_top as f64 > CLIPPED * valid as f64 { NEARLY * top } else { f32::INFINITY }
+            if top <= 0.0 || at_top <= 4 || at_top as f64 <= CLIPPED * valid as f64 {
+                return f32::INFINITY;
+            }
+            let mut others: Vec<f32> = self.rgb.iter().map(|p| p[c]).filter(|&v| v > 0.0 && v < top).collect();
+            others.sort_by(f32::total_cmp);
+            let repeated = others.chunk_by(|a, b| a == b).map(<[f32]>::len).max().unwrap_or(0);
+            if at_top > MORE_OFTEN * repeated { NEARLY * top } else { f32::INFINITY }
         });
         let clipped = self.leave_out(|p| (0..3).any(|c| p[c] >= limit[c]));
         self.note(clipped, "are clipped");
@@ -175,12 +184,20 @@ mod tests {
             3 => [f32::NAN, 0.1, 0.1],
             50..60 => [0.1, 1.0, 0.1],
             60 => [0.1, 0.995, 0.1],
-            _ => [k as f32 * 1e-3, 0.2, 0.3 + k as f32 * 1e-4],
+            _ => [k as f32 * 1e-3, 0.2 + k as f32 * 1e-3, 0.3 + k as f32 * 1e-4],
         });
         let image = Image::load(&file, None).unwrap();
         assert_eq!(image.used(), 200 - 12, "{:?}", image.notes);
         assert!(image.notes.iter().any(|n| n.contains("1 pixels") && n.contains("finite")), "{:?}", image.notes);
         assert!(image.notes.iter().any(|n| n.contains("11 pixels") && n.contains("clipped")), "{:?}", image.notes);
+    }
+
+    #[test]
+    fn flat_colours_without_noise_are_not_clipped() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = write(folder.path(), |k| if k % 3 == 0 { [0.5, 0.2, 0.1] } else { [0.1, 0.3, 0.05] });
+        let image = Image::load(&file, None).unwrap();
+        assert!(image.used() == 200 && image.notes.is_empty(), "{:?}", image.notes);
     }
 
     #[test]

@@ -4,7 +4,8 @@
 //! so that nothing depends on how many there are. Every evaluation is kept; a search that begins with the evaluations of an
 //! earlier one makes the same steps up to where that one ended.
 
-use crate::model::{Model, Variable};
+use crate::descent::{self, Evaluate};
+use crate::model::{Evaluated, Model, Variable};
 use crate::optimise::{self, Found, Limits, Optimiser};
 use biscale::error::{Error, Result};
 use biscale::filter::Control;
@@ -105,9 +106,10 @@ impl<'a> Shared<'a> {
         Self { control, deadline, memory, trace, expected: AtomicUsize::new(1), better, best }
     }
 
-    /// Whether the search must end early.
+    /// Whether the search must end early. A time limit lets one evaluation pass: without any there is no best so far.
     pub fn must_end(&self) -> bool {
-        self.control.check().is_err() || self.deadline.is_some_and(|d| (self.control.clock)() >= d)
+        let evaluated = || !self.trace.lock().unwrap_or_else(std::sync::PoisonError::into_inner).is_empty();
+        self.control.check().is_err() || self.deadline.is_some_and(|d| (self.control.clock)() >= d && evaluated())
     }
 
     /// Begins a stage, whose bests are not compared with those of the stage before.
@@ -246,6 +248,10 @@ const MOST_CONFIRMATIONS: usize = 4;
 /// # Errors
 /// Those of the model; not `Interrupted`: a search that must end gives the best so far.
 pub fn search(model: &Model<'_>, start: &Start, task: &Task, shared: &Shared<'_>) -> Result<Start> {
+    let linear_moves = model.variables.iter().any(|v| matches!(v, Variable::Linear(_)));
+    if task.optimiser == Optimiser::Lm && !start.point.is_empty() && !linear_moves {
+        return descend(model, start, task, shared);
+    }
     let count = Cell::new(0);
     let ended = Cell::new(false);
     let objective = |point: &[f64]| -> Result<f64> {
@@ -315,6 +321,55 @@ pub fn search(model: &Model<'_>, start: &Start, task: &Task, shared: &Shared<'_>
         restarts: start.restarts + restarts,
         choice: start.choice,
     })
+}
+
+/// What a descent asks of the model, noted as any evaluation.
+struct Noted<'a> {
+    model: &'a Model<'a>,
+    number: usize,
+    stage: Stage,
+    shared: &'a Shared<'a>,
+    count: AtomicUsize,
+    best: Mutex<(Vec<f64>, f64)>,
+}
+
+impl Evaluate for Noted<'_> {
+    fn evaluate(&self, points: &[Vec<f64>], linear: Option<&[f64]>) -> Result<Vec<Option<Evaluated>>> {
+        let Self { model, number, stage, shared, .. } = *self;
+        let first = self.count.fetch_add(points.len(), Ordering::Relaxed);
+        in_parallel(points, |k, point| {
+            let evaluation = first + k;
+            // Residuals are not kept: what an earlier run evaluated is evaluated again.
+            if shared.must_end() && shared.memory.recall(stage, number, evaluation, point).is_none() {
+                return Err(Error::Interrupted);
+            }
+            let evaluated = model.evaluate_with(point, linear, shared.control)?;
+            let objective = evaluated.as_ref().map_or(f64::INFINITY, |e| e.objective);
+            // With colours that are held for derivatives it is no candidate.
+            if linear.is_none() {
+                let mut best = self.best.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+                if objective < best.1 {
+                    *best = (point.clone(), objective);
+                }
+            }
+            shared.note(Entry { stage, start: number, evaluation, objective, point: point.clone() }, model);
+            Ok(evaluated)
+        })
+    }
+}
+
+/// [`search`] by the derivatives of the residuals.
+fn descend(model: &Model<'_>, start: &Start, task: &Task, shared: &Shared<'_>) -> Result<Start> {
+    let best = Mutex::new((start.point.clone(), f64::INFINITY));
+    let noted = Noted { model, number: start.number, stage: task.stage, shared, count: AtomicUsize::new(0), best };
+    let converged = match descent::descend(model, &start.point, task.limits, &noted) {
+        Ok(found) => found.converged,
+        Err(Error::Interrupted) => false,
+        Err(error) => return Err(error),
+    };
+    let (point, objective) = noted.best.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let evaluations = start.evaluations + noted.count.into_inner();
+    Ok(Start { number: start.number, point, objective, evaluations, converged, restarts: start.restarts, choice: start.choice })
 }
 
 #[cfg(test)]

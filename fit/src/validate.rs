@@ -48,6 +48,9 @@ pub struct Validation {
     pub angle_deg: f64,
     /// Pixels compared.
     pub pixels: usize,
+    /// What the prediction was multiplied by, where the irradiance was not known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exposure: Option<f64>,
 }
 
 /// What came of an error, against that of training, with so far a light.

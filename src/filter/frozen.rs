@@ -47,7 +47,7 @@ impl Slot {
 }
 
 /// A BRDF whose colour `colour` is 1 and whose other colour is 0.
-fn only(brdf: &Brdf, colour: SlotColour) -> Brdf {
+pub fn only(brdf: &Brdf, colour: SlotColour) -> Brdf {
     let (one, zero) = ([1.0; 3], [0.0; 3]);
     let (d, s) = if colour == SlotColour::Diffuse { (one, zero) } else { (zero, one) };
     match brdf {
@@ -90,17 +90,6 @@ pub struct Shares {
     pub s: Vec<Vec<[f64; 3]>>,
     /// For each pair the visible projected area from the viewer over the footprint.
     pub av: Vec<f64>,
-}
-
-/// A facet that both the light and the viewer see.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LitFacet {
-    /// Place of its surface in [`SmallScale::surfaces`].
-    pub surface: usize,
-    /// Its projected area from the viewer, over the footprint.
-    pub area: f64,
-    /// For each of [`Slot::of`] its BRDF the radiance over irradiance, `fr (n·i)`, when that colour is 1.
-    pub shares: [[f64; 3]; 2],
 }
 
 impl Frozen {
@@ -186,38 +175,10 @@ impl Placed<'_> {
         }
         Ok(shares)
     }
-
-    /// What is seen and lit at one pair, facet by facet, uniform tints included.
-    ///
-    /// # Errors
-    /// As [`Self::shares`].
-    pub fn lit(&self, pair: Pair) -> Result<Vec<LitFacet>> {
-        let Self { small, tracer, facets, samples } = self;
-        let bits = tracer.see(facets, &[pair.wi, pair.wo])?;
-        let brdfs: Vec<Vec<(Brdf, [f64; 3])>> = (small.surfaces.iter())
-            .map(|s| Slot::of(&s.brdf).iter().map(|&colour| (only(&s.brdf, colour), tint(s, colour))).collect())
-            .collect();
-        let mut found = Vec::new();
-        for (f, &t) in facets.triangle.iter().enumerate().filter(|(_, t)| **t != NO_TRIANGLE) {
-            let sees = |row: usize| bits.row(row)[f / 64] >> (f % 64) & 1 == 1;
-            if !(sees(0) && sees(1)) {
-                continue;
-            }
-            let surface = usize::from(tracer.surface.surface[t as usize]);
-            let normal = tracer.surface.normals[t as usize];
-            let mut shares = [[0.0; 3]; 2];
-            for (share, (brdf, tint)) in shares.iter_mut().zip(&brdfs[surface]) {
-                let fr = brdf.eval(normal, pair.wi, pair.wo);
-                *share = std::array::from_fn(|c| fr[c] * tint[c] * normal.dot(pair.wi).max(0.0));
-            }
-            found.push(LitFacet { surface, area: f64::from(facets.weight[f]) * normal.dot(pair.wo).max(0.0) / samples, shares });
-        }
-        Ok(found)
-    }
 }
 
 /// What a surface's tint multiplies a colour by.
-fn tint(surface: &Surface, colour: SlotColour) -> [f64; 3] {
+pub fn tint(surface: &Surface, colour: SlotColour) -> [f64; 3] {
     match surface.tint {
         Tint::Uniform(tint) if colour != SlotColour::Tint => tint,
         _ => [1.0; 3],
@@ -264,26 +225,6 @@ mod tests {
                 let sum: f64 = shares.s.iter().zip(&colours).map(|(s, colour)| s[k][c] * colour[c]).sum();
                 assert!((sum / value.s[c] - 1.0).abs() < 0.02, "pair {k}, channel {c}: {sum} and {}", value.s[c]);
             }
-        }
-    }
-
-    #[test]
-    fn lit_facets_add_up_to_what_is_reflected() {
-        let cancel = AtomicBool::new(false);
-        let material = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/photos/weave.toml");
-        let small = Material::load(&material).unwrap().build().unwrap();
-        let frozen = Frozen::new(&small, 4096, 3, &pairs(), &control(&cancel)).unwrap();
-        let placed = frozen.on(&small, &control(&cancel)).unwrap();
-        for pair in pairs() {
-            let lit = placed.lit(pair).unwrap();
-            for surface in 0..2 {
-                for (k, colour) in [SlotColour::Diffuse, SlotColour::Specular].into_iter().enumerate() {
-                    let s = placed.shares(&[pair], &[Slot { surface, colour }]).unwrap().s[0][0][0];
-                    let sum: f64 = lit.iter().filter(|f| f.surface == surface).map(|f| f.area * f.shares[k][0]).sum();
-                    assert!((sum / s - 1.0).abs() < 1e-4, "{sum} and {s}");
-                }
-            }
-            assert!(lit.iter().map(|f| f.area).sum::<f64>() < pair.wo.z);
         }
     }
 }

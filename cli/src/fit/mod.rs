@@ -9,6 +9,7 @@ use crate::interrupt;
 use crate::options::{self, CommonArgs};
 use crate::output::{self, Target};
 use crate::progress;
+use crate::study::cost;
 use biscale::error::{BadInput, Error, Result};
 use biscale::filter::Control;
 use biscale_fit::optimise::Optimiser;
@@ -67,12 +68,14 @@ pub struct FitArgs {
 /// `--optimizer`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum OptimiserArg {
-    /// Nelder and Mead 1965, with bounds and the coefficients of Gao and Han 2012
+    /// Nelder and Mead 1965, with bounds and the coefficients of Gao and Han 2012, ended by steps of lm
     NelderMead,
     /// Covariance matrix adaptation, with bounds
     Cmaes,
     /// Quadratic models without derivatives (Powell 2009)
     Bobyqa,
+    /// Levenberg and Marquardt, by derivatives of the residuals
+    Lm,
 }
 
 /// `--colours`.
@@ -90,6 +93,7 @@ impl OptimiserArg {
             Self::NelderMead => Optimiser::NelderMead,
             Self::Cmaes => Optimiser::Cmaes,
             Self::Bobyqa => Optimiser::Bobyqa,
+            Self::Lm => Optimiser::Lm,
         }
     }
 }
@@ -180,7 +184,7 @@ pub fn run(args: &FitArgs, common: &CommonArgs) -> Result<u8> {
     if common.json {
         let times: serde_json::Map<String, serde_json::Value> = outcome.seconds.iter().map(|(n, s)| ((*n).to_owned(), json!(s))).collect();
         output::print_json(&json!({
-            "outputs": args.output, "seconds": seconds, "parts": times, "fit": files::summary(&spec, &options, &outcome, &compared),
+            "outputs": args.output, "seconds": seconds, "cpu_seconds": cost::cpu_seconds(), "parts": times, "fit": files::summary(&spec, &options, &outcome, &compared),
         }))?;
     } else {
         tell(common, args, &outcome, &compared, seconds);

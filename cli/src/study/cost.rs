@@ -32,13 +32,13 @@ pub fn measure<T>(work: impl FnOnce() -> T) -> (T, Cost) {
 /// CPU seconds of the process so far, all threads together.
 #[cfg(unix)]
 #[expect(clippy::unnecessary_wraps, reason = "other systems do not say")]
-fn cpu_seconds() -> Option<f64> {
+pub fn cpu_seconds() -> Option<f64> {
     let t = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
     Some(t.tv_sec as f64 + 1e-9 * t.tv_nsec as f64)
 }
 
 #[cfg(not(unix))]
-fn cpu_seconds() -> Option<f64> {
+pub fn cpu_seconds() -> Option<f64> {
     None
 }
 

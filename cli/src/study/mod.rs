@@ -6,7 +6,7 @@
 mod axes;
 mod chart;
 pub mod child;
-mod cost;
+pub mod cost;
 mod folder;
 mod pictures;
 mod points;

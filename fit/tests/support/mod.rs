@@ -33,12 +33,18 @@ pub struct Faults {
     pub noise: [f64; 2],
     /// Bits of a value; 8 bits are sRGB-encoded, as in a JPEG file, others linear.
     pub bits: Option<u32>,
+    /// Whether 8 x 8 pixels are coded as a JPEG file of quality 90 does.
+    pub jpeg: bool,
+    /// Radial distortion that nothing corrects: a place at the side of the picture is seen at `1 + distortion` times its distance from the middle.
+    pub distortion: f64,
 }
 
 /// None.
-pub const PERFECT: Faults = Faults { light_off_deg: [0.0; 2], blur: 0.0, vignetting: 0.0, noise: [0.0; 2], bits: None };
+pub const PERFECT: Faults =
+    Faults { light_off_deg: [0.0; 2], blur: 0.0, vignetting: 0.0, noise: [0.0; 2], bits: None, jpeg: false, distortion: 0.0 };
 /// Those of a decent camera.
-pub const REAL: Faults = Faults { light_off_deg: [0.35, 0.35], blur: 0.7, vignetting: 0.02, noise: [1e-6, 4e-5], bits: Some(12) };
+pub const REAL: Faults =
+    Faults { light_off_deg: [0.35, 0.35], blur: 0.7, vignetting: 0.02, noise: [1e-6, 4e-5], bits: Some(12), jpeg: false, distortion: 0.0 };
 
 /// A camera that looks at an object at the origin.
 #[derive(Clone, Copy, Debug)]
@@ -82,8 +88,9 @@ pub fn photograph(small: &SmallScale, on: On, view: View, to_light: [f64; 3], sa
     let half = (0.5 * view.fov_deg.to_radians()).tan();
     let [w, h] = view.size;
     let radiance = |x: f64, y: f64| -> DVec3 {
-        let across = (2.0 * x / f64::from(w) - 1.0) * half;
-        let up = (1.0 - 2.0 * y / f64::from(h)) * half * f64::from(h) / f64::from(w);
+        let (x, y) = (2.0 * x / f64::from(w) - 1.0, (1.0 - 2.0 * y / f64::from(h)) * f64::from(h) / f64::from(w));
+        let bent = 1.0 + faults.distortion * (x * x + y * y);
+        let (across, up) = (bent * x * half, bent * y * half);
         let d = (axes * DVec3::new(across, up, 1.0)).normalize();
         let Some((frame, s, t)) = meet(on, origin, d) else { return DVec3::ZERO };
         let (wo, wi) = (frame.transpose() * -d, frame.transpose() * to_light);
@@ -125,7 +132,41 @@ pub fn photograph(small: &SmallScale, on: On, view: View, to_light: [f64; 3], sa
             pixel[c] = quantised(v, top, faults.bits) as f32;
         }
     }
+    if faults.jpeg {
+        coded(&mut picture, top);
+    }
     picture
+}
+
+/// Luminance quantisation of JPEG files (ISO/IEC 10918-1, annex K) at quality 90.
+const QUANTISATION: [u8; 64] = [
+    3, 2, 2, 3, 5, 8, 10, 12, 2, 2, 3, 4, 5, 12, 12, 11, 3, 3, 3, 5, 8, 11, 14, 11, 3, 3, 4, 6, 10, 17, 16, 12, 4, 4, 7, 11, 14, 22, 21,
+    15, 5, 7, 11, 13, 16, 21, 23, 18, 10, 13, 16, 17, 21, 24, 24, 20, 14, 18, 19, 20, 22, 20, 21, 20,
+];
+
+/// Codes 8 x 8 pixels of each channel as a JPEG file does; what is left over at the sides stays.
+fn coded(picture: &mut Picture, top: f64) {
+    let basis = |u: usize, x: usize| {
+        let norm = if u == 0 { (0.125_f64).sqrt() } else { 0.5 };
+        norm * ((2 * x + 1) as f64 * u as f64 * PI / 16.0).cos()
+    };
+    let width = picture.width as usize;
+    for (by, bx) in (0..picture.height as usize / 8).flat_map(|y| (0..width / 8).map(move |x| (8 * y, 8 * x))) {
+        for c in 0..3 {
+            let at = |k: usize| (by + k / 8) * width + bx + k % 8;
+            let old: Vec<f64> = (0..64).map(|k| 255.0 * linear_to_srgb(f64::from(picture.rgb[at(k)][c]) / top) - 128.0).collect();
+            let wave = |f: usize, k: usize| basis(f / 8, k / 8) * basis(f % 8, k % 8);
+            let coefficient = |f: usize| {
+                let step = f64::from(QUANTISATION[f]);
+                ((0..64).map(|k| wave(f, k) * old[k]).sum::<f64>() / step).round() * step
+            };
+            let coefficients: Vec<f64> = (0..64).map(coefficient).collect();
+            for k in 0..64 {
+                let v = ((0..64).map(|f| wave(f, k) * coefficients[f]).sum::<f64>() + 128.0).round().clamp(0.0, 255.0);
+                picture.rgb[at(k)][c] = (biscale::image_file::srgb_to_linear(v / 255.0) * top) as f32;
+            }
+        }
+    }
 }
 
 fn quantised(v: f64, top: f64, bits: Option<u32>) -> f64 {

@@ -1,0 +1,276 @@
+//! One period of the small-scale surface as the close-up shows it: pixel by pixel, blurred as the camera blurs, and sorted by colour as the
+//! pixels of the photograph are. What a camera does at the edges of threads so happens on both sides of the comparison.
+//!
+//! The rays keep their places in the period while the surface changes, so that what is found moves smoothly with the parameters.
+
+use crate::close_up::{self, DARK};
+use biscale::brdf::Brdf;
+use biscale::direction::Pair;
+use biscale::error::Result;
+use biscale::filter::Control;
+use biscale::filter::frozen::{Slot, only, tint};
+use biscale::low_discrepancy::{fraction, hash};
+use biscale::material::SmallScale;
+use biscale::visibility::rays::{Occlusion, PeriodicBvh, Traced};
+use glam::{DVec2, DVec3};
+use rustc_hash::FxHashMap;
+
+/// Rounds of the sorting, at most.
+const ROUNDS: usize = 8;
+/// Places along a period at which corners count as one.
+const GRID: f64 = 1e6;
+/// Blur, in pixels of the view, that is not worth the work.
+const SHARP: f64 = 0.2;
+
+/// One period.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TileView {
+    /// Pixels across and along.
+    size: usize,
+    /// By surface the share of each pixel that shows it.
+    covers: Vec<Vec<f64>>,
+    /// By slot and pixel the radiance over irradiance when that colour is 1.
+    shares: Vec<Vec<[f64; 3]>>,
+}
+
+/// Pixels of one kind, as [`close_up::Kind`] has them; light and tones in shares of each slot.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Part {
+    /// Share of the picture, without what is dark.
+    pub cover: f64,
+    /// By slot the sum of the shares of its pixels over the number of all pixels.
+    pub light: Vec<[f64; 3]>,
+    /// By slot the tones, black if nothing is bright.
+    pub tones: Vec<Vec<[f64; 3]>>,
+}
+
+impl TileView {
+    /// The period seen at `pair` by `size` x `size` rays. `blur` is the standard deviation of the blur along x and y, in periods, the extent of
+    /// the photograph's pixels included. A surface that is `round` is shaded as such: from near the sides of threads, which a file may
+    /// cut into few, show one by one.
+    ///
+    /// # Errors
+    /// `Interrupted`; a surface that rays cannot be traced to.
+    pub fn new(
+        small: &SmallScale,
+        slots: &[Slot],
+        pair: Pair,
+        blur: [f64; 2],
+        (size, round): (usize, bool),
+        seed: u32,
+        control: &Control<'_>,
+    ) -> Result<Self> {
+        let bvh = PeriodicBvh::new(&small.tile)?;
+        let period = small.tile.period;
+        let above = bvh.highest() + 1e-6 * period.max_element();
+        let normals = round.then(|| Normals::new(small));
+        let brdfs: Vec<(Brdf, [f64; 3])> = (slots.iter())
+            .map(|slot| {
+                let surface = &small.surfaces[slot.surface];
+                (only(&surface.brdf, slot.colour), tint(surface, slot.colour))
+            })
+            .collect();
+        let mut view = Self {
+            size,
+            covers: vec![vec![0.0; size * size]; small.surfaces.len()],
+            shares: vec![vec![[0.0; 3]; size * size]; slots.len()],
+        };
+        let offset = [fraction(hash(seed)), fraction(hash(!seed))];
+        for row in 0..size {
+            control.check()?;
+            for column in 0..size {
+                let at = row * size + column;
+                // Roberts' sequence: neighbours along a row or column take all places within their pixels in turn.
+                let [u, v] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2].map(|step| step * at as f64);
+                let (x, y) =
+                    ((column as f64 + (u + offset[0]).fract()) / size as f64, (row as f64 + (v + offset[1]).fract()) / size as f64);
+                let start = DVec3::new(x * period.x, y * period.y, 0.0) + pair.wo * (above / pair.wo.z);
+                let Traced::Hit(hit) = bvh.trace(start, -pair.wo, None) else { continue };
+                let triangle = hit.triangle as usize;
+                let surface = usize::from(small.surface_of_triangle[triangle]);
+                view.covers[surface][at] = 1.0;
+                let [a, b, c] = small.tile.corners(triangle);
+                let flat = (b - a).cross(c - a).normalize_or_zero();
+                let normal = normals.as_ref().map_or(flat, |n| n.at(triangle, hit.barycentric));
+                let cosine = normal.dot(pair.wi);
+                let faces = flat.dot(pair.wo) > 0.0 && flat.dot(pair.wi) > 0.0;
+                if !faces
+                    || normal.dot(pair.wo) <= 0.0
+                    || cosine <= 0.0
+                    || bvh.occluded(triangle, hit.position, pair.wi) == Occlusion::Blocked
+                {
+                    continue;
+                }
+                for ((shares, slot), (brdf, tint)) in
+                    view.shares.iter_mut().zip(slots).zip(&brdfs).filter(|((_, s), _)| s.surface == surface)
+                {
+                    debug_assert_eq!(slot.surface, surface);
+                    let fr = brdf.eval(normal, pair.wi, pair.wo);
+                    shares[at] = std::array::from_fn(|c| fr[c] * tint[c] * cosine);
+                }
+            }
+        }
+        // Rays anywhere within a pixel of the view are a blur already.
+        let left = blur.map(|b| ((b * size as f64).powi(2) - 1.0 / 12.0).max(0.0).sqrt());
+        let kernels = left.map(kernel);
+        for cover in &mut view.covers {
+            smooth(cover, size, &kernels, |sum: &mut f64, weight, v| *sum += weight * v);
+        }
+        for shares in &mut view.shares {
+            smooth(shares, size, &kernels, |sum: &mut [f64; 3], weight, v| (0..3).for_each(|c| sum[c] += weight * v[c]));
+        }
+        Ok(view)
+    }
+
+    /// The pixels sorted into kinds as those of the photograph: by colour if `by_colour`, else by the surface that each shows most of. `choice`
+    /// is the surface of each kind, none if all pixels are of one; `radiance` what each slot's share is multiplied by.
+    pub fn sorted(&self, radiance: &[[f64; 3]], choice: Option<&[usize]>, by_colour: bool) -> Vec<Part> {
+        let count = self.size * self.size;
+        let mut pixels = vec![[0.0; 3]; count];
+        for (shares, colour) in self.shares.iter().zip(radiance) {
+            for (pixel, share) in pixels.iter_mut().zip(shares) {
+                (0..3).for_each(|c| pixel[c] += colour[c] * share[c]);
+            }
+        }
+        let brightness: Vec<f64> = pixels.iter().map(|p| p.iter().sum()).collect();
+        let mut order: Vec<usize> = (0..count).collect();
+        order.sort_by(|&a, &b| brightness[a].total_cmp(&brightness[b]).then(a.cmp(&b)));
+        let dark = DARK * brightness[order[close_up::bright_place(count)]];
+        let kinds = choice.map_or(1, <[usize]>::len);
+        let mut labels = vec![0; count];
+        if let Some(choice) = choice {
+            for (at, label) in labels.iter_mut().enumerate() {
+                let most = |&a: &usize, &b: &usize| self.covers[choice[a]][at].total_cmp(&self.covers[choice[b]][at]).then(b.cmp(&a));
+                *label = (0..kinds).max_by(most).unwrap_or(0);
+            }
+            if by_colour && let Some(better) = close_up::sort_from(&pixels, &labels, kinds, dark, ROUNDS) {
+                labels = better;
+            }
+        }
+        (0..kinds).map(|k| self.part(&order, &|at| labels[at] == k, &|at| brightness[at] > dark)).collect()
+    }
+
+    fn part(&self, order: &[usize], is_own: &dyn Fn(usize) -> bool, is_bright: &dyn Fn(usize) -> bool) -> Part {
+        let count = order.len() as f64;
+        let own: Vec<usize> = order.iter().copied().filter(|&at| is_own(at)).collect();
+        let bright: Vec<usize> = own.iter().copied().filter(|&at| is_bright(at)).collect();
+        let light = |shares: &Vec<[f64; 3]>| std::array::from_fn(|c| own.iter().map(|&at| shares[at][c]).sum::<f64>() / count);
+        let tones = |shares: &Vec<[f64; 3]>| close_up::tones(bright.iter().map(|&at| (1.0, shares[at])));
+        Part {
+            cover: bright.len() as f64 / count,
+            light: self.shares.iter().map(light).collect(),
+            tones: self.shares.iter().map(tones).collect(),
+        }
+    }
+}
+
+/// Normals at the corners of all triangles: the mean of those of the faces around, of the same surface, weighted by area.
+struct Normals(Vec<[DVec3; 3]>);
+
+impl Normals {
+    fn new(small: &SmallScale) -> Self {
+        let tile = &small.tile;
+        // A thread that leaves the tile on one side comes back on the other.
+        let wrapped = |v: f64, period: f64| ((v / period).rem_euclid(1.0) * GRID).round() % GRID;
+        let key = |p: DVec3, surface: u16| {
+            let high = p.z / tile.period.max_element() * GRID;
+            #[expect(clippy::cast_possible_truncation, reason = "places on a grid")]
+            [wrapped(p.x, tile.period.x) as i64, wrapped(p.y, tile.period.y) as i64, high.round() as i64, i64::from(surface)]
+        };
+        let corners = || small.surface_of_triangle.iter().enumerate().map(|(t, &surface)| (tile.corners(t), surface));
+        let mut sums: FxHashMap<[i64; 4], DVec3> = FxHashMap::default();
+        for ([a, b, c], surface) in corners() {
+            let area = (b - a).cross(c - a);
+            for p in [a, b, c] {
+                *sums.entry(key(p, surface)).or_default() += area;
+            }
+        }
+        Self(corners().map(|(corners, surface)| corners.map(|p| sums[&key(p, surface)].normalize_or_zero())).collect())
+    }
+
+    fn at(&self, triangle: usize, barycentric: DVec2) -> DVec3 {
+        let [a, b, c] = self.0[triangle];
+        ((1.0 - barycentric.x - barycentric.y) * a + barycentric.x * b + barycentric.y * c).normalize_or_zero()
+    }
+}
+
+/// Weights of a Gaussian from its middle outward.
+fn kernel(sigma: f64) -> Vec<f64> {
+    if sigma < SHARP {
+        return vec![1.0];
+    }
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "blurs of pictures")]
+    let reach = (3.0 * sigma).ceil() as usize;
+    let weights: Vec<f64> = (0..=reach).map(|k| (-0.5 * (k as f64 / sigma).powi(2)).exp()).collect();
+    let total = 2.0 * weights.iter().sum::<f64>() - weights[0];
+    weights.into_iter().map(|w| w / total).collect()
+}
+
+/// Blurs a periodic picture along x, then along y.
+fn smooth<T: Copy + Default>(picture: &mut [T], size: usize, kernels: &[Vec<f64>; 2], add: impl Fn(&mut T, f64, T)) {
+    for (kernel, stride, line) in [(&kernels[0], 1, size), (&kernels[1], size, 1)] {
+        if kernel.len() == 1 {
+            continue;
+        }
+        let mut old = vec![T::default(); size];
+        for l in 0..size {
+            (0..size).for_each(|k| old[k] = picture[l * line + k * stride]);
+            for k in 0..size {
+                let mut sum = T::default();
+                add(&mut sum, kernel[0], old[k]);
+                for (j, &w) in kernel.iter().enumerate().skip(1) {
+                    let j = j % size;
+                    add(&mut sum, w, old[(k + j) % size]);
+                    add(&mut sum, w, old[(k + size - j) % size]);
+                }
+                picture[l * line + k * stride] = sum;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::slots;
+    use biscale::material::Material;
+    use biscale::toml_reader::Source;
+
+    fn grooves() -> SmallScale {
+        let text = "format = 1\n[geometry]\nkind = \"grooves\"\nfloor_width = 0.3\ntop_width = 0.3\ndepth = 1e-6\n[[surface]]\npart = \"floor\"\n\
+                    brdf = { model = \"lambert\", albedo = [0.6, 0.1, 0.1] }\n[[surface]]\npart = \"sides\"\n\
+                    brdf = { model = \"lambert\", albedo = [0.1, 0.6, 0.1] }\n[[surface]]\npart = \"tops\"\n\
+                    brdf = { model = \"lambert\", albedo = [0.1, 0.1, 0.6] }\n";
+        Material::parse(&Source { path: "t.toml".into(), text: text.to_owned() }).unwrap().build().unwrap()
+    }
+
+    fn view(blur: f64) -> Vec<Part> {
+        let cancel = std::sync::atomic::AtomicBool::new(false);
+        let control = Control { cancel: &cancel, progress: &|_, _| {}, clock: &|| 0.0 };
+        let small = grooves();
+        let slots = slots(&small.surfaces);
+        let pair = Pair { wi: DVec3::new(0.3, 0.0, 0.7).normalize(), wo: DVec3::Z };
+        let view = TileView::new(&small, &slots, pair, [blur; 2], (60, false), 1, &control).unwrap();
+        let colours: Vec<[f64; 3]> = vec![[0.6, 0.1, 0.1], [0.1, 0.6, 0.1], [0.1, 0.1, 0.6]];
+        view.sorted(&colours, Some(&[0, 1, 2]), true)
+    }
+
+    #[test]
+    fn flat_stripes_cover_their_widths_and_send_their_light() {
+        let light = DVec3::new(0.3, 0.0, 0.7).normalize().z / std::f64::consts::PI;
+        for (k, (part, width)) in view(0.0).iter().zip([0.3, 0.4, 0.3]).enumerate() {
+            assert!((part.cover - width).abs() < 2e-3 && (part.light[k][0] - width * light).abs() < 2e-3, "{part:?}");
+            assert!((part.tones[k][2][1] - light).abs() < 1e-4, "{part:?}");
+        }
+    }
+
+    #[test]
+    fn blur_moves_light_between_kinds_and_loses_none() {
+        let (sharp, soft) = (view(0.0), view(0.04));
+        for slot in 0..3 {
+            let all = |parts: &[Part]| parts.iter().map(|p| p.light[slot][0]).sum::<f64>();
+            assert!((all(&sharp) / all(&soft) - 1.0).abs() < 1e-9);
+            assert!(soft[slot].light[slot][0] < 0.97 * sharp[slot].light[slot][0]);
+        }
+    }
+}
