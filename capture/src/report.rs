@@ -242,13 +242,15 @@ fn verdict(out: &mut String, capture: &Capture) {
     let count = |s: Severity| capture.checks.iter().filter(|c| c.severity == s).count();
     let (fail, warn, ok) = (count(Severity::Fail), count(Severity::Warn), count(Severity::Ok));
     let text = if fail > 0 {
-        format!("<p class=\"fail\">{fail} checks failed: what rests on them is missing or wrong.</p>")
+        format!("<p class=\"fail\">{}: what rests on them is missing or wrong.</p>", counted(fail, "check failed", "checks failed"))
     } else if warn > 0 {
-        format!("<p class=\"warn\">Usable, with {warn} warnings.</p>")
+        format!("<p class=\"warn\">Usable, with {}.</p>", counted(warn, "warning", "warnings"))
     } else {
         "<p class=\"ok\">Usable.</p>".to_owned()
     };
-    let _ = writeln!(out, "<p>{} photographs of {}; {ok} checks passed.</p>\n{text}", capture.photographs.len(), escape(&capture.shoot));
+    let photographs = counted(capture.photographs.len(), "photograph", "photographs");
+    let passed = counted(ok, "check passed", "checks passed");
+    let _ = writeln!(out, "<p>{photographs} of {}; {passed}.</p>\n{text}", escape(&capture.shoot));
 }
 
 fn word(severity: Severity) -> &'static str {
@@ -263,26 +265,39 @@ fn checks(out: &mut String, checks: &[Check]) {
     let mut sorted: Vec<&Check> = checks.iter().collect();
     sorted.sort_by_key(|c| std::cmp::Reverse(c.severity));
     const HEAD: &str = "<tr><th></th><th>code</th><th>photograph</th><th></th><th>measured</th><th>limit</th><th>unit</th></tr>\n";
-    let _ = write!(out, "<h2>Checks</h2>\n<table>{HEAD}");
-    let first_good = sorted.iter().position(|c| c.severity == Severity::Ok);
-    for (k, c) in sorted.iter().enumerate() {
-        if Some(k) == first_good {
-            // What passed is there for those who look for it.
-            let _ = writeln!(out, "</table>\n<details><summary>{} checks passed</summary>\n<table>{HEAD}", sorted.len() - k);
+    let (good, told): (Vec<&Check>, Vec<&Check>) = sorted.into_iter().partition(|c| c.severity == Severity::Ok);
+    let table = |out: &mut String, rows: &[&Check]| {
+        let _ = write!(out, "<table>{HEAD}");
+        for c in rows {
+            let (s, number) = (word(c.severity), |v: Option<f64>| v.map_or(String::new(), digits));
+            let _ = writeln!(
+                out,
+                "<tr><td class=\"{s}\">{s}</td><td><code>{}</code></td><td>{}</td><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td>{}</td></tr>",
+                c.code,
+                escape(c.photograph.as_deref().unwrap_or("")),
+                escape(&c.message),
+                number(c.measured),
+                number(c.threshold),
+                escape(&c.unit)
+            );
         }
-        let (s, number) = (word(c.severity), |v: Option<f64>| v.map_or(String::new(), digits));
-        let _ = writeln!(
-            out,
-            "<tr><td class=\"{s}\">{s}</td><td><code>{}</code></td><td>{}</td><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td>{}</td></tr>",
-            c.code,
-            escape(c.photograph.as_deref().unwrap_or("")),
-            escape(&c.message),
-            number(c.measured),
-            number(c.threshold),
-            escape(&c.unit)
-        );
+        out.push_str("</table>\n");
+    };
+    out.push_str("<h2>Checks</h2>\n");
+    if !told.is_empty() {
+        table(out, &told);
     }
-    out.push_str(if first_good.is_some() { "</table></details>\n" } else { "</table>\n" });
+    if !good.is_empty() {
+        // What passed is there for those who look for it.
+        let _ = writeln!(out, "<details><summary>{}</summary>", counted(good.len(), "check passed", "checks passed"));
+        table(out, &good);
+        out.push_str("</details>\n");
+    }
+}
+
+/// A number and its noun.
+fn counted(n: usize, one: &str, many: &str) -> String {
+    format!("{n} {}", if n == 1 { one } else { many })
 }
 
 /// A number with four significant digits.
