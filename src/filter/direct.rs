@@ -40,6 +40,8 @@ const WIDE: usize = 1 << 18;
 /// Samples after which, if many more are needed, they go where a pilot run of as many finds them worth most; or the first samples, if those
 /// are more.
 const PILOT_SAMPLES: u32 = 8192;
+/// Samples go where the pilot run finds them worth most if that makes the variance so many times smaller: else it costs a round for nothing.
+const WORTH_WEIGHING: f64 = 1.5;
 /// Stretches of the surface that the pilot run tells apart.
 const STRETCHES: usize = 1024;
 /// To keep a tolerance, stop when this times the estimate is within it: an estimate is within 1.5 of its own true error in
@@ -348,8 +350,12 @@ impl Run<'_, '_> {
                 return Ok(Outcome { values, relative_rms, plan, barely_seen });
             }
             block_began = spent();
-            let weigh = found.is_none() && !plan.weighted && total.samples == pilot && plan.doublings == 0;
-            let fresh = if wanted <= 2 * total.samples || self.tracer.is_clustered() {
+            let pays = wanted > 2 * total.samples && !self.tracer.is_clustered();
+            let importance = (pays && found.is_none() && !plan.weighted && total.samples == pilot && plan.doublings == 0)
+                .then(|| self.importance(batch.as_ref().expect("a pilot run fits one batch"), &values))
+                .filter(|importance| importance::gain(importance) >= WORTH_WEIGHING);
+            let weigh = importance.is_some();
+            let fresh = if !pays {
                 None
             } else if weigh {
                 // Weighted samples are worth two to four others.
@@ -365,8 +371,8 @@ impl Run<'_, '_> {
             let fresh = fresh.and_then(|samples| halvings(samples).find(|&s| affordable(s)));
             match fresh {
                 Some(samples) => {
-                    if weigh {
-                        self.weigh(&batch.take().expect("a pilot run fits one batch"), &values);
+                    if let Some(importance) = importance {
+                        self.tracer.density = self.tracer.density.weighted(&importance);
                         plan.weighted = true;
                     }
                     (total, batch) = self.block(0, samples)?;
@@ -392,7 +398,8 @@ impl Run<'_, '_> {
         if plan.weighted {
             let (total, batch) = self.block(0, self.pilot())?;
             let (values, _) = self.values(&total);
-            self.weigh(&batch.expect("a pilot run fits one batch"), &values);
+            let importance = self.importance(&batch.expect("a pilot run fits one batch"), &values);
+            self.tracer.density = self.tracer.density.weighted(&importance);
         }
         Ok(())
     }
@@ -506,13 +513,11 @@ impl Run<'_, '_> {
         Ok(if energy > 0.0 { (difference / energy).sqrt() } else { 0.0 })
     }
 
-    /// Chooses where further samples go, by a pilot run whose values were `values`.
-    fn weigh(&mut self, pilot: &Batch, values: &[Value]) {
+    /// Where further samples are worth most, by a pilot run whose values were `values`.
+    fn importance(&self, pilot: &Batch, values: &[Value]) -> Vec<f64> {
         let lobes = prepared::surface_lobes(&self.small.surfaces);
         let known = |k: usize| Known { q: values[k].fbar.iter().sum::<f64>() / 3.0, a: values[k].av };
-        let importance =
-            importance::importance(&pilot.facets, &pilot.bits, &self.demand, &self.tracer.surface.groups, &lobes, known, STRETCHES);
-        self.tracer.density = self.tracer.density.weighted(&importance);
+        importance::importance(&pilot.facets, &pilot.bits, &self.demand, &self.tracer.surface.groups, &lobes, known, STRETCHES)
     }
 
     /// Values, and their relative RMS error.
