@@ -82,6 +82,21 @@ fn a_plan_that_spreads_facets_unevenly_is_right_on_every_surface() {
     }
 }
 
+/// Where the pilot run of weighted samples was is in the plan: a run to a tolerance tries on a part of the list, one in a budget on all of it.
+#[test]
+fn a_plan_repeats_the_bits_of_runs_with_and_without_a_budget() {
+    let truth = Truth::load("weave", "ggx_0.30");
+    let direction = |k: u32| support::direction(f64::from(k) * 89.0 / 48.0, f64::from(k) * 2.4);
+    let pairs: Vec<Pair> = (0..48 * 48).map(|k| Pair { wi: direction(k % 48), wo: direction(k / 48) }).collect();
+    for (budget, how) in [(None, ":weighted-by-part"), (Some(1e9), ":weighted")] {
+        let asked = Quality { method: Method::Direct, tolerance: 0.002, budget, ..Quality::default() };
+        let first = support::run(&truth.surface, &pairs, &asked);
+        assert!(first.summary.plan.ends_with(how), "{}", first.summary.plan);
+        let again = support::direct(&truth.surface, &pairs, &first.summary.plan);
+        assert_eq!(again.values, first.values, "{}", first.summary.plan);
+    }
+}
+
 /// Clusters of unequal normals err where viewers graze the surface, which `fbar` counts as much as elsewhere and `S` does not.
 #[test]
 fn the_error_of_clusters_of_normals_is_not_understated() {

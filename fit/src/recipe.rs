@@ -1,5 +1,6 @@
 //! A material file whose numbers move: keys in, the file with other numbers out.
 
+use crate::template::kind;
 use biscale::error::{BadInput, Error, Result};
 use biscale::geometry::params::{Fallback, Unit, Value};
 use biscale::geometry::{self, Geometry};
@@ -148,14 +149,7 @@ impl Recipe {
 
     /// Multiplies all lengths of the geometry.
     pub fn scale_lengths(&mut self, geometry: &Geometry, factor: f64) {
-        let kind = match geometry {
-            Geometry::Grooves(_) => "grooves",
-            Geometry::Pyramids(_) => "pyramids",
-            Geometry::Rods(_) => "rods",
-            Geometry::Weave(_) => "weave",
-            Geometry::HeightField(_) => "height-field",
-            Geometry::Mesh(_) => "mesh",
-        };
+        let kind = kind(geometry);
         let params = geometry::describe(kind).map_or(&[][..], |d| d.params);
         for param in params {
             let place = Place::Geometry(param.key.to_owned());

@@ -19,7 +19,7 @@ const AROUND: [f64; 2] = [0.5, 2.0];
 const NEAR: [f64; 2] = [0.6, 1.6];
 
 /// The name by which material files know a kind.
-fn kind(geometry: &Geometry) -> &'static str {
+pub(crate) fn kind(geometry: &Geometry) -> &'static str {
     match geometry {
         Geometry::Grooves(_) => "grooves",
         Geometry::Pyramids(_) => "pyramids",

@@ -157,8 +157,8 @@ pub(super) fn traced<'a>(
     let seed = hash(hash(quality.seed as u32) ^ (quality.seed >> 32) as u32);
     let long = demand.pairs.len() > LONG;
     let plan = quality.plan.as_deref().map(Plan::parse).transpose()?;
-    // A short budget is better spent on the list itself.
-    let in_part = long || (quality.budget.is_none() && demand.pairs.len() >= PART_SHARE * LEAST_PART);
+    // A short budget is better spent on the list itself. A plan says where its pilot run was.
+    let in_part = long || plan.map_or(quality.budget.is_none() && demand.pairs.len() >= PART_SHARE * LEAST_PART, |plan| plan.by_part);
     let part: Vec<Pair>;
     let (tried, part_demand) = if in_part {
         part = part_of(pairs, &demand, (demand.pairs.len() / PART_SHARE).clamp(LEAST_PART, PART));
@@ -206,7 +206,9 @@ pub(super) fn traced<'a>(
                 run.weigh_as(plan)?;
                 plan
             }
-            None if !long && run.start.enough <= run.first() => Plan { start: run.first(), doublings: 0, weighted: false, narrowed: 0 },
+            None if !long && run.start.enough <= run.first() => {
+                Plan { start: run.first(), doublings: 0, weighted: false, by_part: false, narrowed: 0 }
+            }
             // On a part of a list the budget must leave time for the whole.
             None => {
                 let tried = run.adapt(quality, &spent, 0.25, None)?;
@@ -219,7 +221,7 @@ pub(super) fn traced<'a>(
                     }
                     Some(_) => tried.plan.samples(),
                 };
-                Plan { start: samples, doublings: 0, ..tried.plan }
+                Plan { start: samples, doublings: 0, by_part: tried.plan.weighted && !long, ..tried.plan }
             }
         };
         if long {
@@ -332,9 +334,13 @@ impl Run<'_, '_> {
         let pilot = self.pilot();
         let mut plan = match found {
             Some(found) => Plan { start: found.samples(), doublings: 0, ..found },
-            None => {
-                Plan { start: if budget.is_some() { MIN_BUDGET_SAMPLES } else { self.first() }, doublings: 0, weighted: false, narrowed: 0 }
-            }
+            None => Plan {
+                start: if budget.is_some() { MIN_BUDGET_SAMPLES } else { self.first() },
+                doublings: 0,
+                weighted: false,
+                by_part: false,
+                narrowed: 0,
+            },
         };
         let mut block_began = spent();
         let (mut total, mut batch) = self.block(0, plan.start)?;

@@ -18,6 +18,8 @@ pub struct Plan {
     pub doublings: u32,
     /// Whether they go where a pilot run finds them worth most.
     pub weighted: bool,
+    /// Whether that pilot run is on a part of a list that is not long: on the whole list it finds other places.
+    pub by_part: bool,
     /// How often clusters were made narrower, because the bias of wider ones would take too much of the tolerance: see [`WIDTHS`].
     pub narrowed: usize,
 }
@@ -26,7 +28,7 @@ impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mark = |set: bool, word: &'static str| if set { word } else { "" };
         write!(f, "direct:{}x{}", self.start, 1_u32 << self.doublings)?;
-        write!(f, "{}", mark(self.weighted, ":weighted"))?;
+        write!(f, "{}{}", mark(self.weighted, ":weighted"), mark(self.weighted && self.by_part, "-by-part"))?;
         if self.narrowed > 0 { write!(f, ":narrowed{}", self.narrowed) } else { Ok(()) }
     }
 }
@@ -46,6 +48,10 @@ impl Plan {
             Some((left, number)) => (left, number.parse().ok().filter(|n| (1..WIDTHS.len()).contains(n)).ok_or_else(bad)?),
             None => (rest, 0),
         };
+        let (rest, by_part) = match rest.strip_suffix(":weighted-by-part") {
+            Some(_) => (&rest[..rest.len() - "-by-part".len()], true),
+            None => (rest, false),
+        };
         let (numbers, weighted) = rest.strip_suffix(":weighted").map_or((rest, false), |numbers| (numbers, true));
         let (start, factor) = numbers.split_once('x').ok_or_else(bad)?;
         let number = |word: &str| word.parse::<u32>().ok().filter(|n| n.is_power_of_two()).ok_or_else(bad);
@@ -58,7 +64,7 @@ impl Plan {
             )
             .at_field("--plan"));
         }
-        Ok(Self { start, doublings: factor.trailing_zeros(), weighted, narrowed })
+        Ok(Self { start, doublings: factor.trailing_zeros(), weighted, by_part, narrowed })
     }
 
     /// Samples that the run ends with.
@@ -73,8 +79,10 @@ mod tests {
 
     #[test]
     fn a_plan_reads_as_it_is_written() {
-        for (weighted, narrowed) in [(false, 0), (true, 0), (false, 1), (true, WIDTHS.len() - 1)] {
-            let plan = Plan { start: 8192, doublings: 3, weighted, narrowed };
+        for (weighted, by_part, narrowed) in
+            [(false, false, 0), (true, false, 0), (true, true, 0), (false, false, 1), (true, false, WIDTHS.len() - 1)]
+        {
+            let plan = Plan { start: 8192, doublings: 3, weighted, by_part, narrowed };
             assert_eq!(Plan::parse(&plan.to_string()).unwrap(), plan);
         }
         for text in [
