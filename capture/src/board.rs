@@ -1,5 +1,6 @@
 //! Things with corners at known places: calibration boards and our own sheets.
 
+use crate::dictionary::Dictionary;
 use crate::sheet::Sheet;
 use glam::DVec2;
 
@@ -8,8 +9,8 @@ use glam::DVec2;
 pub struct Board {
     /// What it is.
     pub kind: Kind,
-    /// Name of the markers' dictionary; empty for a chessboard.
-    pub dictionary: String,
+    /// The markers' dictionary; none of a chessboard.
+    pub dictionary: Option<Dictionary>,
     /// Markers: number, and corners from its own upper left clockwise.
     pub markers: Vec<(i32, [DVec2; 4])>,
     /// Inner corners of the chessboard, row by row from the upper left one.
@@ -52,12 +53,12 @@ impl Board {
     pub fn chessboard(columns: u32, rows: u32, side: f64) -> Self {
         let size = side * DVec2::new(f64::from(columns) + 1.0, f64::from(rows) + 1.0);
         let corners = inner_corners(columns, rows, side, size.y);
-        Self { kind: Kind::Chessboard { columns, rows }, dictionary: String::new(), markers: Vec::new(), corners, size }
+        Self { kind: Kind::Chessboard { columns, rows }, dictionary: None, markers: Vec::new(), corners, size }
     }
 
     /// Markers in the white squares of a chessboard of `columns` x `rows` squares, numbered row by row from the upper left. `black_first` says
     /// whether the square in the upper left corner is black, as `OpenCV` draws boards since 4.7 (and before for odd numbers of rows).
-    pub fn charuco(columns: u32, rows: u32, side: f64, marker: f64, dictionary: &str, black_first: bool) -> Self {
+    pub fn charuco(columns: u32, rows: u32, side: f64, marker: f64, dictionary: &Dictionary, black_first: bool) -> Self {
         let size = side * DVec2::new(columns.into(), rows.into());
         let mut markers = Vec::new();
         for row in 0..rows {
@@ -72,23 +73,23 @@ impl Board {
         }
         let corners = inner_corners(columns - 1, rows - 1, side, size.y);
         let kind = Kind::Charuco { columns, rows, square: side, marker };
-        Self { kind, dictionary: dictionary.to_owned(), markers, corners, size }
+        Self { kind, dictionary: Some(dictionary.clone()), markers, corners, size }
     }
 
     /// A grid of markers, numbered row by row from the upper left, beginning with `first`.
-    pub fn grid(columns: u32, rows: u32, marker: f64, gap: f64, dictionary: &str, first: i32) -> Self {
+    pub fn grid(columns: u32, rows: u32, marker: f64, gap: f64, dictionary: &Dictionary, first: i32) -> Self {
         let pitch = marker + gap;
         let size = DVec2::new(f64::from(columns), f64::from(rows)) * pitch - gap;
         let place = |k: u32| DVec2::new(f64::from(k % columns) * pitch, size.y - f64::from(k / columns) * pitch);
         let markers = (0..columns * rows).map(|k| (first + as_id(k as usize), square(place(k), marker))).collect();
-        Self { kind: Kind::Markers, dictionary: dictionary.to_owned(), markers, corners: Vec::new(), size }
+        Self { kind: Kind::Markers, dictionary: Some(dictionary.clone()), markers, corners: Vec::new(), size }
     }
 
     /// The markers of a sheet, flat on the table; places on its page.
     pub fn of_sheet(sheet: &Sheet) -> Self {
         let markers: Vec<(i32, [DVec2; 4])> = sheet.markers.iter().map(|m| (m.id, m.corners_mm.map(DVec2::from))).collect();
         let size = markers.iter().flat_map(|m| m.1).fold(DVec2::ZERO, DVec2::max);
-        Self { kind: Kind::Markers, dictionary: sheet.dictionary.clone(), markers, corners: Vec::new(), size }
+        Self { kind: Kind::Markers, dictionary: Some(sheet.dictionary.clone()), markers, corners: Vec::new(), size }
     }
 
     /// How many corners it offers to calibration: of the chessboard, else of the markers.
@@ -112,12 +113,12 @@ mod tests {
 
     #[test]
     fn markers_of_a_charuco_board_lie_in_its_white_squares() {
-        let board = Board::charuco(5, 7, 30.0, 20.0, "DICT_5X5_100", true);
+        let board = Board::charuco(5, 7, 30.0, 20.0, &Dictionary::Predefined("DICT_5X5_100"), true);
         assert_eq!((board.markers.len(), board.corners.len()), (17, 24));
         // The first white square of the first row is the second one.
         assert_eq!(board.markers[0].1, [(35.0, 205.0), (55.0, 205.0), (55.0, 185.0), (35.0, 185.0)].map(DVec2::from));
         assert_eq!(board.corners[0], DVec2::new(30.0, 180.0));
-        let other = Board::charuco(5, 8, 30.0, 20.0, "DICT_5X5_100", false);
+        let other = Board::charuco(5, 8, 30.0, 20.0, &Dictionary::Predefined("DICT_5X5_100"), false);
         assert_eq!((other.markers.len(), other.markers[0].1[0]), (20, DVec2::new(5.0, 235.0)));
     }
 }

@@ -13,6 +13,7 @@
 pub mod board;
 pub mod checks;
 pub mod colour;
+pub mod dictionary;
 pub mod edge_pose;
 pub mod edges;
 pub mod flat;

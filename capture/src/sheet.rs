@@ -1,5 +1,6 @@
 //! The sidecar that `biscale fold --on` writes beside a wrap sheet: where its markers and patches are.
 
+use crate::dictionary::Dictionary;
 use biscale::error::{BadInput, Error, Result};
 use glam::DVec2;
 use serde::Deserialize;
@@ -22,8 +23,8 @@ pub struct Sheet {
     pub turned: bool,
     /// Markers of the dictionary.
     pub markers: Vec<Marker>,
-    /// Name of the dictionary.
-    pub dictionary: String,
+    /// Their dictionary.
+    pub dictionary: Dictionary,
     /// Colour patches.
     pub patches: Vec<Patch>,
 }
@@ -173,7 +174,10 @@ impl Sheet {
             }
         };
         let (turned, placed) = (wrap.turned, DVec2::from(wrap.joined_size_mm));
-        let (target, dictionary) = (wrap.target, wrap.dictionary.clone());
+        let target = wrap.target;
+        let Some(dictionary) = Dictionary::named(&wrap.dictionary) else {
+            return Err(bad(format!("its markers are of a dictionary \"{}\", which OpenCV has not", wrap.dictionary)));
+        };
         let Some((markers, origin, patches)) = wrap.placed() else {
             return Err(bad("its markers lack their places on the joined sheet".into()));
         };

@@ -1,6 +1,7 @@
 //! The shoot file: which photographs there are, and what is known beforehand.
 
 use crate::board::Board;
+use crate::dictionary::{self, Dictionary};
 use crate::lens::Lens;
 use crate::sheet::{Sheet, Target};
 use biscale::error::Result;
@@ -232,15 +233,8 @@ pub struct Stick {
 const LENGTH: Range = range(1e-3, 1e5);
 const PLACE: Range = range(-1e5, 1e5);
 const PIXEL: Range = range(-1e5, 1e5);
-const NAMES: &str = "DICT_4X4_50 DICT_4X4_100 DICT_4X4_250 DICT_4X4_1000 DICT_5X5_50 DICT_5X5_100 DICT_5X5_250 DICT_5X5_1000 DICT_6X6_50 \
-                     DICT_6X6_100 DICT_6X6_250 DICT_6X6_1000 DICT_7X7_50 DICT_7X7_100 DICT_7X7_250 DICT_7X7_1000 DICT_ARUCO_ORIGINAL";
 /// Name of the light where a file names none.
 const ONLY_LIGHT: &str = "light";
-
-/// Names of the dictionaries, in the order of `OpenCV`'s numbers.
-pub fn dictionaries() -> Vec<&'static str> {
-    NAMES.split(' ').collect()
-}
 
 impl Shoot {
     /// Whether a file is a shoot file: it has photographs.
@@ -343,8 +337,6 @@ fn board(t: TableReader<'_>) -> Result<Board> {
     let kind = t.choice("kind", &kinds)?.ok_or_else(|| t.missing("kind", "\"charuco\""))?;
     let count = |key| t.integer(key, 2, 100)?.ok_or_else(|| t.missing(key, "8"));
     let length = |key| t.f64(key, LENGTH)?.ok_or_else(|| t.missing(key, "20.0"));
-    let names = dictionaries();
-    let dictionary = |key| -> Result<&'static str> { Ok(names[t.choice(key, &names)?.unwrap_or(5)]) };
     let out = match kind {
         0 => {
             let (columns, rows, square, marker) = (count("columns")?, count("rows")?, length("square_mm")?, length("marker_mm")?);
@@ -352,22 +344,47 @@ fn board(t: TableReader<'_>) -> Result<Board> {
                 return Err(t.error_at("marker_mm", "the markers are not smaller than the squares", "measure both on the print"));
             }
             let first = t.choice("first_square", &["black", "white"])?.unwrap_or(0);
-            Board::charuco(columns, rows, square, marker, dictionary("dictionary")?, first == 0)
+            Board::charuco(columns, rows, square, marker, &of_board(&t)?, first == 0)
         }
         1 => Board::chessboard(count("columns")?, count("rows")?, length("square_mm")?),
         2 => {
             let first = t.integer("first_id", 0, 1000)?.unwrap_or(0);
             let first = i32::try_from(first).unwrap_or(0);
-            Board::grid(count("columns")?, count("rows")?, length("marker_mm")?, length("gap_mm")?, dictionary("dictionary")?, first)
+            Board::grid(count("columns")?, count("rows")?, length("marker_mm")?, length("gap_mm")?, &of_board(&t)?, first)
         }
         _ => {
             let file = t.path("file")?.ok_or_else(|| t.missing("file", "\"sheet.json\""))?;
             Board::of_sheet(&Sheet::read(&file)?)
         }
     };
+    if let Some(dictionary) = &out.dictionary
+        && let Some(last) = out.markers.iter().map(|m| m.0).max()
+        && usize::try_from(last).is_ok_and(|id| id >= dictionary.count())
+    {
+        let (name, count) = (dictionary.name(), dictionary.count());
+        let problem = format!("the board has marker {last}, but {name} has {count} markers, from 0");
+        return Err(t.error(problem, "name the dictionary that the board was made of, and its columns and rows"));
+    }
     t.finish()?;
     Ok(out)
 }
+
+/// The dictionary of a board: one of `OpenCV`'s by its name, or one's own.
+fn of_board(t: &TableReader<'_>) -> Result<Dictionary> {
+    let names = dictionary::names();
+    match (t.choice("dictionary", &names)?, t.path("dictionary_file")?) {
+        (Some(_), Some(_)) => Err(t.error_at(
+            "dictionary_file",
+            "`dictionary` and `dictionary_file` are both given",
+            "keep the one that the board was made of",
+        )),
+        (None, Some(file)) => Dictionary::read(&file),
+        (named, None) => Ok(Dictionary::Predefined(named.map_or(DICTIONARY, |k| names[k]))),
+    }
+}
+
+/// The dictionary of a board that names none.
+const DICTIONARY: &str = "DICT_5X5_100";
 
 fn sample(t: TableReader<'_>, board: Option<&Board>) -> Result<SampleSpec> {
     let sheet = t.path("sheet")?.map(|file| Sheet::read(&file)).transpose()?;

@@ -8,6 +8,7 @@ use biscale::filter::Control;
 use biscale::formats::capture::{Capture, Severity};
 use biscale::toml_reader::Source;
 use biscale_capture::board::Board;
+use biscale_capture::dictionary::Dictionary;
 use biscale_capture::lens::Pose;
 use biscale_capture::photo::Picture;
 use biscale_capture::run::{Options, run};
@@ -27,7 +28,7 @@ struct Case {
 const PAGE: DVec2 = DVec2::new(220.0, 180.0);
 
 fn board() -> Board {
-    Board::charuco(5, 4, 30.0, 22.0, "DICT_5X5_100", true)
+    Board::charuco(5, 4, 30.0, 22.0, &Dictionary::Predefined("DICT_5X5_100"), true)
 }
 
 impl Case {
@@ -216,8 +217,8 @@ fn markers_of_the_sample() {
     let found = case.run(&distant("paper.png"));
     assert_code(&found, "BOARD_NOT_FOUND", Severity::Fail);
     // Of another dictionary.
-    let grid = Board::grid(4, 3, 25.0, 10.0, "DICT_6X6_250", 0);
-    let other = Print::new(&grid, &|id| biscale_capture::vision::markers::bits("DICT_6X6_250", id).unwrap());
+    let grid = Board::grid(4, 3, 25.0, 10.0, &Dictionary::Predefined("DICT_6X6_250"), 0);
+    let other = Print::new(&grid, &|id| biscale_capture::vision::markers::bits(&Dictionary::Predefined("DICT_6X6_250"), id).unwrap());
     case.save("other.png", &case.studio.photograph(&case.scene(|p| other.at(p)), &case.pose, 1.0));
     assert_code(&case.run(&distant("other.png")), "OTHER_MARKERS", Severity::Fail);
     // A page that is not flat: its marks are not where they should be.
@@ -255,7 +256,7 @@ fn calibration() {
     // A part of the board; and one whose markers are smaller than described.
     let half = |p: DVec2| if p.x < 55.0 { print().at(p) } else { WHITE };
     assert_code(&case.run_with("", &views(&around(3, 240.0, 5.0), &half), &none), "BOARD_PARTIAL", Severity::Warn);
-    let smaller = Print::new(&Board::charuco(5, 4, 30.0, 19.0, "DICT_5X5_100", true), &flat_shoot::bits);
+    let smaller = Print::new(&Board::charuco(5, 4, 30.0, 19.0, &Dictionary::Predefined("DICT_5X5_100"), true), &flat_shoot::bits);
     let off = assert_code(&case.run_with("", &views(&around(3, 240.0, 5.0), &|p| smaller.at(p)), &none), "SCALE_MISMATCH", Severity::Fail)
         .unwrap();
     assert!((off - 3.0 / 22.0).abs() < 0.02, "{off}");

@@ -8,6 +8,7 @@ mod support;
 use biscale::filter::Control;
 use biscale::toml_reader::Source;
 use biscale_capture::board::Board;
+use biscale_capture::dictionary::Dictionary;
 use biscale_capture::lens::Pose;
 use biscale_capture::linear;
 use biscale_capture::photo::{self, Photo};
@@ -57,7 +58,7 @@ fn stage<T>(name: &str, work: impl FnOnce() -> T) -> T {
 
 /// A twill on a board, from above, its markers in view.
 fn photograph(folder: &Path) -> (Studio, String) {
-    let board = Board::charuco(8, 6, 30.0, 22.0, "DICT_5X5_100", true);
+    let board = Board::charuco(8, 6, 30.0, 22.0, &Dictionary::Predefined("DICT_5X5_100"), true);
     let print = Print::new(&board, &flat_shoot::bits);
     let page = DVec2::new(300.0, 220.0);
     let corner = 0.5 * (page - board.size);
@@ -90,7 +91,7 @@ fn stages(path: &Path, studio: &Studio, shoot: &Shoot, srgb: bool) {
     let photo: Photo = stage("read", || photo::read(path).unwrap());
     let (picture, saturated) = stage("linearise", || linear::sensor(photo, &shoot.camera, srgb));
     let gray = stage("grey", || Gray::of(&picture, false));
-    let seen = stage("find markers", || markers::detect(&gray, "DICT_5X5_100").unwrap());
+    let seen = stage("find markers", || markers::detect(&gray, &Dictionary::Predefined("DICT_5X5_100")).unwrap());
     println!("    {} markers", seen.len());
     drop(gray);
     let pose = Pose::looking_at(DVec3::new(20.0, -60.0, 260.0), DVec3::ZERO, DVec3::Y);

@@ -4,11 +4,11 @@
 
 use biscale_capture::board::Board;
 use biscale_capture::colour::{grey_exponent, lab};
+use biscale_capture::dictionary::{self, Dictionary};
 use biscale_capture::photo::{self, Photo};
-use biscale_capture::shoot::dictionaries;
 use biscale_capture::vision::calibrate::{View, calibrate};
 use biscale_capture::vision::{Gray, board, checker, markers};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 fn data(folder: &str) -> Option<PathBuf> {
     let root = std::env::var_os("BISCALE_DATA").map(|d| PathBuf::from(d).join(folder)).filter(|d| d.is_dir());
@@ -70,18 +70,25 @@ fn chessboards_give_the_published_camera_and_name_their_worst_views() {
 fn all_markers_of_the_aruco_and_charuco_photographs_are_found() {
     let Some(root) = data("markers/opencv") else { return };
     let (_, gray) = read(root.join("singlemarkersoriginal.jpg"));
-    let ids: Vec<i32> = markers::detect(&gray, "DICT_6X6_250").unwrap().iter().map(|m| m.0).collect();
+    let ids: Vec<i32> = markers::detect(&gray, &Dictionary::Predefined("DICT_6X6_250")).unwrap().iter().map(|m| m.0).collect();
     assert_eq!(ids, [23, 40, 62, 98, 124, 203]);
-    // The grid's 35 markers of 6 x 6 cells are of a dictionary made for it (`tutorial_dict.yml` of OpenCV's samples), whose bits are not at hand: they are of none
-    // of OpenCV's own, and none may be misread as one of ours. The dictionaries of a thousand hold something like one of 35 by chance.
+    // A grid of 5 x 7 markers of a dictionary that was made for it: they are of none of OpenCV's own, and none may be misread as one of those. The
+    // dictionaries of a thousand hold something like one of 35 by chance.
     let (_, gray) = read(root.join("gboriginal.png"));
-    for dictionary in dictionaries() {
-        let count = markers::detect(&gray, dictionary).unwrap().len();
-        println!("gboriginal: {count} markers of {dictionary}");
-        assert!(count <= if dictionary.ends_with("_1000") { 2 } else { 0 }, "{count} of {dictionary}");
+    for name in dictionary::names() {
+        let count = markers::detect(&gray, &Dictionary::Predefined(name)).unwrap().len();
+        println!("gboriginal: {count} markers of {name}");
+        assert!(count <= if name.ends_with("_1000") { 2 } else { 0 }, "{count} of {name}");
     }
+    let own = Dictionary::read(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/data/markers/tutorial_dict.yml"))).unwrap();
+    let grid = Board::grid(5, 7, 40.0, 10.0, &own, 0);
+    let found = board::detect(&gray, &grid).unwrap();
+    let ids: Vec<i32> = found.markers.iter().map(|m| m.0).collect();
+    assert_eq!(ids, (0..35).collect::<Vec<i32>>(), "all 35 are seen");
+    println!("gboriginal: 35 of 35 markers of its own dictionary, {} corners", found.corners.len());
+    assert_eq!(found.corners.len(), 140);
     let (_, gray) = read(root.join("choriginal.jpg"));
-    let charuco = Board::charuco(5, 7, 40.0, 20.0, "DICT_6X6_250", true);
+    let charuco = Board::charuco(5, 7, 40.0, 20.0, &Dictionary::Predefined("DICT_6X6_250"), true);
     let found = board::detect(&gray, &charuco).unwrap();
     println!("choriginal: {} markers, {} corners, marker scale {:?}", found.markers.len(), found.corners.len(), found.marker_scale);
     assert_eq!((found.markers.len(), found.corners.len()), (17, 24));
@@ -97,8 +104,8 @@ fn april_tags_are_told_from_ours() {
         }
         let name = path.display().to_string();
         let (_, gray) = read(path);
-        assert!(markers::detect(&gray, "DICT_5X5_100").unwrap().is_empty(), "{name}");
-        let other = markers::other_family(&gray, "DICT_5X5_100").unwrap();
+        assert!(markers::detect(&gray, &Dictionary::Predefined("DICT_5X5_100")).unwrap().is_empty(), "{name}");
+        let other = markers::other_family(&gray, Some(&Dictionary::Predefined("DICT_5X5_100"))).unwrap();
         println!("{name}: {other:?}");
         assert!(other.is_some_and(|(family, count)| family == "AprilTag 36h11" && count > 0), "{name}");
     }

@@ -2,6 +2,7 @@
 
 use super::{Session, name_of};
 use crate::checks::{BLURRY, CALIBRATION_RMS, CALIBRATION_SIGMA, COVERAGE, Code, Limits, PARTIAL, UNEVEN, VIEWS};
+use crate::dictionary::Dictionary;
 use crate::edges;
 use crate::flat::Flat;
 use crate::lens::Lens;
@@ -108,7 +109,7 @@ impl Session<'_> {
     /// What a board view shows, or why it does not.
     fn board_checks(&mut self, name: &str, gray: &Gray, found: &board::Found, layout: &crate::board::Board) -> Result<()> {
         if found.corners.is_empty() {
-            return self.nothing_found(name, gray, &layout.dictionary, "the board", Severity::Warn);
+            return self.nothing_found(name, gray, layout.dictionary.as_ref(), "the board", Severity::Warn);
         }
         let share = found.corners.len() as f64 / layout.count() as f64;
         if share < PARTIAL {
@@ -128,24 +129,31 @@ impl Session<'_> {
             );
         }
         let sides: Vec<[DVec2; 4]> = found.markers.iter().map(|m| m.1).collect();
-        self.sharpness(name, gray, &sides, &layout.dictionary);
+        self.sharpness(name, gray, &sides, layout.dictionary.as_ref());
         Ok(())
     }
 
     /// Checks the spread of the edges of markers; photographs without markers of some size say nothing.
-    pub(super) fn sharpness(&mut self, name: &str, gray: &impl edges::Grey, sides: &[[DVec2; 4]], dictionary: &str) {
-        if let Some(spread) = edges::spread(gray, sides, markers::cells_of(dictionary)) {
+    pub(super) fn sharpness(&mut self, name: &str, gray: &impl edges::Grey, sides: &[[DVec2; 4]], dictionary: Option<&Dictionary>) {
+        if let Some(spread) = dictionary.and_then(|d| edges::spread(gray, sides, d.cells() as f64)) {
             let bad = "edges are spread: focus, close the aperture a little, use a tripod";
             self.checks.limit(Code::Blurry, Some(name), spread, BLURRY, "px (10 to 90 %)", "edges are sharp", bad);
         }
     }
 
     /// No marker, or those of someone else.
-    pub(super) fn nothing_found(&mut self, name: &str, gray: &Gray, dictionary: &str, what: &str, severity: Severity) -> Result<()> {
+    pub(super) fn nothing_found(
+        &mut self,
+        name: &str,
+        gray: &Gray,
+        dictionary: Option<&Dictionary>,
+        what: &str,
+        severity: Severity,
+    ) -> Result<()> {
         let other = markers::other_family(gray, dictionary)?;
         if let Some((family, count)) = &other {
-            let message =
-                format!("found other marker family: {count} markers of {family}, none of {dictionary}; is this the right photograph?");
+            let ours = dictionary.map_or_else(|| "no chessboard".to_owned(), |d| format!("none of {}", d.name()));
+            let message = format!("found other marker family: {count} markers of {family}, {ours}; is this the right photograph?");
             self.checks.add(Code::OtherMarkers, severity, Some(name), message);
         }
         let message = format!("{what} is not seen: it must be in the picture, in focus, and not in glare");

@@ -15,7 +15,7 @@ use crate::report::{Mark, View};
 use crate::resample::{self, Rectified};
 use crate::sheet::{Sheet, Target};
 use crate::shoot::{PhotoSpec, Registration, Role, Shape, Shoot};
-use crate::vision::{Gray, Luminance, board, markers, percentile, pnp};
+use crate::vision::{Gray, Luminance, board, percentile, pnp};
 use biscale::error::Result;
 use biscale::formats::capture::{self, CloseUp, Light, Photograph, Severity};
 use glam::{DMat3, DVec2, DVec3};
@@ -227,7 +227,7 @@ impl Session<'_> {
         };
         let seen = board::detect(&gray, layout)?;
         if seen.corners.len() < pose::FEWEST {
-            self.nothing_found(name, &gray, &layout.dictionary, "a marker of the sample's sheet or board", severity)?;
+            self.nothing_found(name, &gray, layout.dictionary.as_ref(), "a marker of the sample's sheet or board", severity)?;
             return Ok(None);
         }
         let place = |p: DVec2, scale: f64| match &shoot.sample.on {
@@ -241,9 +241,9 @@ impl Session<'_> {
             return Ok(None);
         };
         // The corners of a chessboard need no help; those of markers are biased.
-        let found = if matches!(layout.kind, Kind::Markers) {
+        let found = if let (Kind::Markers, Some(dictionary)) = (layout.kind, &layout.dictionary) {
             let sides: Vec<[DVec2; 4]> = seen.markers.iter().filter_map(|m| board::marker_places(layout, m.0)).collect();
-            let cells = markers::cells_of(&layout.dictionary);
+            let cells = dictionary.cells() as f64;
             edge_pose::refine(&found, &sightings, &lens, &Luminance(picture), &sides, cells, &|p| place(p, 1.0))
         } else {
             found
@@ -257,9 +257,8 @@ impl Session<'_> {
         let severity =
             self.checks.limit(Code::PoseError, Some(name), measured, POSE, "px (RMS)", "the markers are where the shape says", bad);
         if thorough && severity < Severity::Fail {
-            let dictionary = layout.dictionary.clone();
             let sides: Vec<[DVec2; 4]> = seen.markers.iter().map(|m| m.1).collect();
-            self.sharpness(name, &Luminance(picture), &sides, &dictionary);
+            self.sharpness(name, &Luminance(picture), &sides, layout.dictionary.as_ref());
             self.scale_of_cylinder(name, &seen, &found, &lens, &place);
             self.partial(name, layout, &seen, &found.pose, &lens, &place);
             self.even_light(name, layout, &seen, picture, &found.pose, &lens, &place);

@@ -41,7 +41,8 @@ pub fn detect(gray: &Gray, board: &Board) -> Result<Found> {
 }
 
 fn of_board(gray: &Gray, board: &Board) -> Result<Vec<Marker>> {
-    let mut markers = markers::detect(gray, &board.dictionary)?;
+    let Some(dictionary) = &board.dictionary else { return Ok(Vec::new()) };
+    let mut markers = markers::detect(gray, dictionary)?;
     markers.retain(|m| marker_places(board, m.0).is_some());
     Ok(markers)
 }

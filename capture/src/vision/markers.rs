@@ -1,11 +1,11 @@
 //! `ArUco` markers in a photograph.
 
 use super::{Gray, failed, place, refine_corners, whole};
-use crate::shoot::dictionaries;
-use biscale::error::Result;
+use crate::dictionary::{self, Dictionary, Own};
+use biscale::error::{Error, Result};
 use glam::DVec2;
 use opencv::aruco::{self, CORNER_REFINE_NONE, DetectorParameters};
-use opencv::core::{Mat, Point2f, Vector};
+use opencv::core::{Mat, Point2f, Ptr, Vector};
 use opencv::prelude::*;
 
 /// A marker that was found: its number, and its corners from its own upper left clockwise, px.
@@ -16,27 +16,55 @@ const APRIL_TAGS: [&str; 4] = ["AprilTag 16h5", "AprilTag 25h9", "AprilTag 36h10
 /// The picture is first looked at in this width or less.
 const LOOK: f64 = 2000.0;
 
-/// `OpenCV`'s number of a dictionary.
-fn number(dictionary: &str) -> Option<i32> {
-    dictionaries().iter().position(|d| *d == dictionary).and_then(|k| i32::try_from(k).ok())
+/// A dictionary as `OpenCV` takes it.
+type Markers = Ptr<aruco::Dictionary>;
+
+fn predefined(number: i32) -> Result<Markers> {
+    aruco::get_predefined_dictionary_i32(number).map_err(failed("a dictionary"))
+}
+
+fn markers_of(dictionary: &Dictionary) -> Result<Markers> {
+    match dictionary {
+        Dictionary::Predefined(name) => {
+            let number = dictionary::names().iter().position(|n| n == name).and_then(|k| i32::try_from(k).ok());
+            predefined(number.ok_or_else(|| Error::Numeric(format!("OpenCV has no dictionary {name}")))?)
+        }
+        Dictionary::Own(own) => made(own),
+    }
+}
+
+/// `OpenCV` keeps the bits of all four turns of each marker as bytes, a row a marker.
+fn made(own: &Own) -> Result<Markers> {
+    let what = "a dictionary of one's own";
+    let side = i32::try_from(own.side).unwrap_or(i32::MAX);
+    let mut rows: Vector<Mat> = Vector::new();
+    for bits in &own.markers {
+        let values: Vec<u8> = bits.iter().map(|b| u8::from(*b)).collect();
+        let bits = Mat::new_rows_cols_with_data(side, side, &values).map_err(failed(what))?;
+        rows.push(aruco::Dictionary::get_byte_list_from_bits(&bits).map_err(failed(what))?);
+    }
+    let mut list = Mat::default();
+    opencv::core::vconcat(&rows, &mut list).map_err(failed(what))?;
+    let correction = i32::try_from(own.correction).unwrap_or(i32::MAX);
+    Ok(Ptr::new(aruco::Dictionary::new(&list, side, correction).map_err(failed(what))?))
 }
 
 /// All markers of a dictionary, with refined corners; sorted by number, each once (the largest one, where a number is seen twice).
 ///
 /// # Errors
 /// What `OpenCV` says.
-pub fn detect(gray: &Gray, dictionary: &str) -> Result<Vec<Marker>> {
-    let Some(number) = number(dictionary) else { return Ok(Vec::new()) };
+pub fn detect(gray: &Gray, dictionary: &Dictionary) -> Result<Vec<Marker>> {
+    let ours = markers_of(dictionary)?;
     let factor = (gray.width.max(gray.height) as f64 / LOOK).max(1.0);
-    let mut rough = look(gray, number, factor, false)?;
+    let mut rough = look(gray, &ours, factor, false)?;
     if rough.is_empty() {
-        rough = look(gray, number, factor, true)?;
+        rough = look(gray, &ours, factor, true)?;
     }
     if rough.is_empty() && factor > 1.0 {
-        rough = look(gray, number, 1.0, false)?;
+        rough = look(gray, &ours, 1.0, false)?;
     }
     // The border is one cell wide: a window of half a cell sees one corner only.
-    let cells = cells(number);
+    let cells = dictionary.cells() as f64;
     let mut out: Vec<Marker> = Vec::with_capacity(rough.len());
     for (id, corners) in rough {
         let shortest = (0..4).map(|k| corners[k].distance(corners[(k + 1) % 4])).fold(f64::INFINITY, f64::min);
@@ -52,31 +80,13 @@ pub fn detect(gray: &Gray, dictionary: &str) -> Result<Vec<Marker>> {
     Ok(out)
 }
 
-/// Cells along a marker's side, its border included.
-pub fn cells(number: i32) -> f64 {
-    match number {
-        0..=3 | 17 => 6.0,
-        4..=7 => 7.0,
-        12..=15 => 9.0,
-        16 => 7.0,
-        18 => 7.0,
-        _ => 8.0,
-    }
-}
-
-/// Cells along the side of a dictionary's markers.
-pub fn cells_of(dictionary: &str) -> f64 {
-    number(dictionary).map_or(7.0, cells)
-}
-
 fn area(c: &[DVec2; 4]) -> f64 {
     (c[2] - c[0]).perp_dot(c[3] - c[1]).abs()
 }
 
 /// Markers of a dictionary in a picture `1 / factor` as large; `large` ones need wider windows of the threshold, which melt small ones together.
-fn look(gray: &Gray, number: i32, factor: f64, large: bool) -> Result<Vec<Marker>> {
+fn look(gray: &Gray, dictionary: &Markers, factor: f64, large: bool) -> Result<Vec<Marker>> {
     let what = "looking for markers";
-    let dictionary = aruco::get_predefined_dictionary_i32(number).map_err(failed(what))?;
     let mut parameters = DetectorParameters::create().map_err(failed(what))?;
     parameters.set_corner_refinement_method(CORNER_REFINE_NONE);
     if large {
@@ -86,9 +96,9 @@ fn look(gray: &Gray, number: i32, factor: f64, large: bool) -> Result<Vec<Marker
     let (mut ids, mut rejected): (Vector<i32>, Vector<Vector<Point2f>>) = (Vector::new(), Vector::new());
     if factor > 1.0 {
         let small = gray.smaller(factor)?;
-        aruco::detect_markers(&small, &dictionary, &mut corners, &mut ids, &parameters, &mut rejected).map_err(failed(what))?;
+        aruco::detect_markers(&small, dictionary, &mut corners, &mut ids, &parameters, &mut rejected).map_err(failed(what))?;
     } else {
-        aruco::detect_markers(&gray.mat()?, &dictionary, &mut corners, &mut ids, &parameters, &mut rejected).map_err(failed(what))?;
+        aruco::detect_markers(&gray.mat()?, dictionary, &mut corners, &mut ids, &parameters, &mut rejected).map_err(failed(what))?;
     }
     let scaled = |p: Point2f| (place(p) + 0.5) * factor - 0.5;
     let quad = |c: &Vector<Point2f>| -> Option<[DVec2; 4]> { c.iter().map(scaled).collect::<Vec<_>>().try_into().ok() };
@@ -99,7 +109,7 @@ fn look(gray: &Gray, number: i32, factor: f64, large: bool) -> Result<Vec<Marker
 ///
 /// # Errors
 /// What `OpenCV` says.
-pub fn other_family(gray: &Gray, ours: &str) -> Result<Option<(String, usize)>> {
+pub fn other_family(gray: &Gray, ours: Option<&Dictionary>) -> Result<Option<(String, usize)>> {
     let factor = (gray.width.max(gray.height) as f64 / LOOK).max(1.0);
     // The largest dictionary of each size holds the smaller ones. Those with few bits see markers in noise: more than one must be found.
     for (number, name) in [
@@ -112,10 +122,10 @@ pub fn other_family(gray: &Gray, ours: &str) -> Result<Option<(String, usize)>> 
         (16, "DICT_ARUCO_ORIGINAL"),
         (3, "DICT_4X4"),
     ] {
-        if ours.starts_with(name) {
+        if matches!(ours, Some(Dictionary::Predefined(own)) if own.starts_with(name)) {
             continue;
         }
-        let found = look(gray, number, factor, false)?.len();
+        let found = look(gray, &predefined(number)?, factor, false)?.len();
         if found > usize::from(number != 20) {
             return Ok(Some((name.to_owned(), found)));
         }
@@ -127,13 +137,11 @@ pub fn other_family(gray: &Gray, ours: &str) -> Result<Option<(String, usize)>> 
 ///
 /// # Errors
 /// What `OpenCV` says.
-pub fn bits(dictionary: &str, id: i32) -> Result<Vec<bool>> {
+pub fn bits(dictionary: &Dictionary, id: i32) -> Result<Vec<bool>> {
     let what = "a dictionary";
-    let number = number(dictionary).unwrap_or_default();
-    let dictionary = aruco::get_predefined_dictionary_i32(number).map_err(failed(what))?;
-    let side = whole(cells(number));
+    let side = i32::try_from(dictionary.cells()).unwrap_or(i32::MAX);
     let mut image = Mat::default();
-    aruco::draw_marker(&dictionary, id, side, &mut image, 1).map_err(failed(what))?;
+    aruco::draw_marker(&markers_of(dictionary)?, id, side, &mut image, 1).map_err(failed(what))?;
     let mut out = Vec::new();
     for row in 1..side - 1 {
         for column in 1..side - 1 {

@@ -1,6 +1,7 @@
 //! A whole shoot of a flat cloth that lies on a `ChArUco` board: every role is there, and its truth is known.
 
 use super::*;
+use biscale_capture::dictionary::Dictionary;
 
 /// The truth of a shoot.
 pub struct FlatShoot {
@@ -32,7 +33,7 @@ fn far() -> Pose {
 
 /// The board of the shoot.
 pub fn board() -> Board {
-    Board::charuco(8, 6, 30.0, 22.0, "DICT_5X5_100", true)
+    Board::charuco(8, 6, 30.0, 22.0, &Dictionary::Predefined("DICT_5X5_100"), true)
 }
 
 /// Bits of `DICT_5X5_100`, as our own sheets have them.
