@@ -4,6 +4,7 @@
 
 use crate::error::{BadInput, Error, Result};
 use crate::material::TintImage;
+use rayon::prelude::*;
 use std::io::Cursor;
 use std::path::Path;
 
@@ -80,7 +81,9 @@ fn checked(raster: Raster) -> Result<Raster, BadInput> {
     if raster.width == 0 || raster.height == 0 {
         return Err(BadInput::new("the image has no pixels", "use another one"));
     }
-    if let Some(place) = raster.channels.iter().flatten().position(|v| !v.is_finite()) {
+    if !raster.integer
+        && let Some(place) = raster.channels.iter().flatten().position(|v| !v.is_finite())
+    {
         let pixel = place % (raster.width * raster.height);
         let problem = format!("the pixel in column {}, row {} is not a finite number", pixel % raster.width, pixel / raster.width);
         return Err(BadInput::new(problem, "fill such holes before use"));
@@ -145,7 +148,7 @@ fn hdr(bytes: &[u8]) -> Result<Raster, BadInput> {
     let (width, height) = with().into_dimensions().map_err(|e| unreadable("Radiance", e))?;
     check_size(width.into(), height.into())?;
     let decoded = with().decode().map_err(|e| unreadable("Radiance", e))?.into_rgb32f();
-    Ok(Raster { width: width as usize, height: height as usize, channels: deinterleave(decoded.as_raw(), 3), integer: false })
+    Ok(Raster { width: width as usize, height: height as usize, channels: deinterleave(decoded.as_raw(), 3, |v| v), integer: false })
 }
 
 fn check_size(width: u64, height: u64) -> Result<(), BadInput> {
@@ -159,10 +162,19 @@ fn unreadable(kind: &str, why: impl std::fmt::Display) -> BadInput {
     BadInput::new(format!("not a readable {kind} image: {why}"), "write the image again")
 }
 
-/// Splits interleaved samples; of two or four the last is alpha.
-fn deinterleave(samples: &[f32], stride: usize) -> Vec<Vec<f32>> {
+/// Splits interleaved samples of a kind into channels of floats; of two or four the last is alpha.
+fn deinterleave<T: Copy + Sync>(samples: &[T], stride: usize, value: impl Fn(T) -> f32 + Sync) -> Vec<Vec<f32>> {
     let kept = if stride >= 3 { 3 } else { 1 };
-    (0..kept).map(|c| samples.iter().skip(c).step_by(stride).copied().collect()).collect()
+    (0..kept).map(|c| samples.par_chunks_exact(stride).map(|pixel| value(pixel[c])).collect()).collect()
+}
+
+/// Whole numbers of 8 and of 16 bits, of 1.
+fn byte(v: u8) -> f32 {
+    f32::from(v) / 255.0
+}
+
+fn word(v: u16) -> f32 {
+    f32::from(v) / 65535.0
 }
 
 fn png(bytes: &[u8]) -> Result<Raster, BadInput> {
@@ -176,9 +188,9 @@ fn png(bytes: &[u8]) -> Result<Raster, BadInput> {
     check_size(width.into(), height.into())?;
     let decoded = reader.decode().map_err(|e| unreadable("PNG", e))?;
     let stride = usize::from(decoded.color().channel_count());
-    let bytes8 = |raw: &[u8]| raw.iter().map(|&v| f32::from(v) / 255.0).collect::<Vec<f32>>();
-    let words = |raw: &[u16]| raw.iter().map(|&v| f32::from(v) / 65535.0).collect::<Vec<f32>>();
-    let samples = match &decoded {
+    let bytes8 = |raw: &[u8]| deinterleave(raw, stride, byte);
+    let words = |raw: &[u16]| deinterleave(raw, stride, word);
+    let channels = match &decoded {
         Image::ImageLuma8(i) => bytes8(i),
         Image::ImageLumaA8(i) => bytes8(i),
         Image::ImageRgb8(i) => bytes8(i),
@@ -189,7 +201,7 @@ fn png(bytes: &[u8]) -> Result<Raster, BadInput> {
         Image::ImageRgba16(i) => words(i),
         _ => return Err(unreadable("PNG", "its pixels are of a kind that PNG has not")),
     };
-    Ok(Raster { width: width as usize, height: height as usize, channels: deinterleave(&samples, stride), integer: true })
+    Ok(Raster { width: width as usize, height: height as usize, channels, integer: true })
 }
 
 fn tiff(bytes: &[u8]) -> Result<Raster, BadInput> {
@@ -208,21 +220,21 @@ fn tiff(bytes: &[u8]) -> Result<Raster, BadInput> {
         ColorType::RGBA(_) => 4,
         other => return Err(BadInput::new(format!("the TIFF has pixels of type {other:?}"), "write it as grey or RGB")),
     };
-    let pixels = width as usize * height as usize;
-    let (samples, integer) = match decoder.read_image().map_err(|e| unreadable("TIFF", e))? {
+    let samples = width as usize * height as usize * stride;
+    let (channels, integer) = match decoder.read_image().map_err(|e| unreadable("TIFF", e))? {
         // One-bit and four-bit images come packed.
-        DecodingResult::U8(raw) if raw.len() == pixels * stride => (raw.iter().map(|&v| f32::from(v) / 255.0).collect::<Vec<f32>>(), true),
-        DecodingResult::U16(raw) => (raw.iter().map(|&v| f32::from(v) / 65535.0).collect(), true),
-        DecodingResult::F16(raw) => (raw.iter().map(|v| v.to_f32()).collect(), false),
-        DecodingResult::F32(raw) => (raw, false),
+        DecodingResult::U8(raw) if raw.len() == samples => (deinterleave(&raw, stride, byte), true),
+        DecodingResult::U16(raw) => (deinterleave(&raw, stride, word), true),
+        DecodingResult::F16(raw) => (deinterleave(&raw, stride, |v| v.to_f32()), false),
+        DecodingResult::F32(raw) => (deinterleave(&raw, stride, |v| v), false),
         #[expect(clippy::cast_possible_truncation, reason = "f32 keeps 1e-7 of a height or colour")]
-        DecodingResult::F64(raw) => (raw.iter().map(|&v| v as f32).collect(), false),
+        DecodingResult::F64(raw) => (deinterleave(&raw, stride, |v| v as f32), false),
         _ => return Err(BadInput::new("the TIFF's samples are not 8 or 16 bit unsigned, nor floats", "write it in one of these")),
     };
-    if samples.len() != pixels * stride {
+    if channels.iter().any(|c| c.len() * stride != samples) {
         return Err(BadInput::new("the TIFF stores its channels one after the other", "write it with interleaved channels"));
     }
-    Ok(Raster { width: width as usize, height: height as usize, channels: deinterleave(&samples, stride), integer })
+    Ok(Raster { width: width as usize, height: height as usize, channels, integer })
 }
 
 fn exr(bytes: &[u8]) -> Result<Raster, BadInput> {

@@ -3,6 +3,7 @@
 use super::fold::Fold;
 use super::gaps::{self, Gaps};
 use super::grid::Grid;
+use super::hole::{self, Hole};
 use super::labels::{self, Guess};
 use super::orientation::Edges;
 use super::scale::Scale;
@@ -14,8 +15,10 @@ pub(super) struct Cloth {
     pub grid: Grid,
     /// One repeat of the photograph.
     pub fold: Fold,
-    /// What holes tell of its threads, where they are seen.
+    /// What dark holes tell of its threads, where they are seen.
     pub gaps: Option<Gaps>,
+    /// The same of a hole that is small or coloured, where there are no dark ones.
+    pub hole: Option<Hole>,
     /// Drafts that explain it, best first.
     pub guesses: Vec<Guess>,
 }
@@ -25,15 +28,17 @@ impl Cloth {
     /// that explains the shading best.
     ///
     /// The errors are what cloths of the tests were off by: of holes, which have round sides only in the mean, `HOLE_ERROR` and half of the blur; of shading at
-    /// least `SHADING_ERROR`.
+    /// least `SHADING_ERROR`; of small or coloured holes `SMALL_HOLE_ERROR`.
     pub fn fill(&self, k: usize) -> (f64, f64) {
         /// Shares of a width.
         const HOLE_ERROR: f64 = 0.02;
+        const SMALL_HOLE_ERROR: f64 = 0.045;
         const SHADING_ERROR: f64 = 0.08;
         let best = &self.guesses[0];
-        match &self.gaps {
-            Some(gaps) => (gaps.fill[k], (HOLE_ERROR * gaps.fill[k]).hypot(0.5 * gaps.blur[k])),
-            None => (best.shape.fill[k], best.fill_error[k].max(SHADING_ERROR * best.shape.fill[k])),
+        match (&self.gaps, &self.hole) {
+            (Some(gaps), _) => (gaps.fill[k], (HOLE_ERROR * gaps.fill[k]).hypot(0.5 * gaps.blur[k])),
+            (None, Some(hole)) => (hole.fill[k], SMALL_HOLE_ERROR * hole.fill[k]),
+            (None, None) => (best.shape.fill[k], best.fill_error[k].max(SHADING_ERROR * best.shape.fill[k])),
         }
     }
 }
@@ -100,7 +105,12 @@ pub(super) fn find(scale: &Scale, edges: &Edges, given: Option<&Draft>) -> Optio
     }
     if let Some(cloth) = &mut best {
         let pitch = cloth.grid.pitch();
-        labels::sharpen_all(&cloth.fold, &mut cloth.guesses, [pitch.x, pitch.y], cloth.gaps.as_ref());
+        let pitch = [pitch.x, pitch.y];
+        labels::sharpen_all(&cloth.fold, &mut cloth.guesses, pitch, cloth.gaps.as_ref());
+        if cloth.gaps.is_none() {
+            let fold = Fold::of(&scale.field, &cloth.grid, hole::BINS, hole::BINS, |_, _| [0.0; 2]);
+            cloth.hole = hole::find(&fold, pitch);
+        }
     }
     best
 }
@@ -148,5 +158,5 @@ fn explain(scale: &Scale, grid: Grid, given: Option<&Draft>) -> Cloth {
     let coarse = Fold::of(&scale.field, &grid, COARSE, COARSE, none);
     let gaps = gaps::find(&Fold::of(&scale.field, &grid, HOLES, HOLES, none));
     let guesses = labels::search(&coarse, &fine, [pitch.x, pitch.y], gaps.as_ref(), given);
-    Cloth { grid, fold: fine, gaps, guesses }
+    Cloth { grid, fold: fine, gaps, hole: None, guesses }
 }

@@ -386,7 +386,7 @@ fn sharpen(fold: &Fold, guess: &mut Guess, pitch: [f64; 2], gaps: Option<&Gaps>)
             step *= 0.5;
         }
     }
-    best = simplex(&rate, best, 0.4, EVALUATIONS);
+    best = simplex(&rate, best, [0.4; 7], EVALUATIONS);
     let (shape, sigma) = shape_of(&best);
     guess.fit.residual = shape.fit_blurred(fold, &guess.labels, pitch.map(|p| sigma / p));
     guess.fit.shares = shape.fit(fold, &guess.labels).shares;
@@ -415,19 +415,19 @@ const PULL: f64 = 0.005;
 /// Most shapes that one simplex looks at.
 const EVALUATIONS: usize = 120;
 
-/// The lowest point that a simplex of a given size around `start` finds.
-fn simplex<const N: usize>(f: &impl Fn(&[f64; N]) -> f64, start: [f64; N], size: f64, most: usize) -> [f64; N] {
+/// The lowest point that a simplex (Nelder and Mead 1965) of given steps from `start` finds; `most` evaluations, about.
+pub(super) fn simplex<const N: usize>(f: &impl Fn(&[f64; N]) -> f64, start: [f64; N], steps: [f64; N], most: usize) -> [f64; N] {
     let mut points: Vec<([f64; N], f64)> = vec![(start, f(&start))];
     for k in 0..N {
         let mut p = start;
-        p[k] += size;
+        p[k] += steps[k];
         points.push((p, f(&p)));
     }
     let mut used = N + 1;
     while used < most {
         points.sort_by(|a, b| a.1.total_cmp(&b.1));
         let (lowest, second, highest) = (points[0].1, points[N - 1].1, points[N].1);
-        if highest - lowest < 1e-5 * lowest {
+        if highest - lowest < 1e-5 * lowest.abs() {
             break;
         }
         let mut middle = [0.0; N];

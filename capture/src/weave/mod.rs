@@ -19,6 +19,7 @@ mod finding;
 mod fold;
 mod gaps;
 mod grid;
+mod hole;
 mod labels;
 mod lattice;
 mod material;

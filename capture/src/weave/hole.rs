@@ -1,0 +1,386 @@
+//! Widths of threads by the shape of a hole that is small, or not dark: a model of the mean crossing around it.
+//!
+//! Beside the hole lie strips that only warps or only wefts cross, and the rest, where both do. So brightness is a sum of products of a function of x and one of
+//! y, each either the hole's box or zero in the box and smooth beside it, all blurred alike:
+//!
+//! ```text
+//! I(x, y) = sum_ab c_ab X_a(x) Y_b(y),      X = { hole, t, t e, t e², t sqrt(1 - e²) },   t = 1 - hole,   e = -1 .. 1 across the thread
+//! ```
+//!
+//! The coefficients follow by linear least squares (with a weak pull to an even thread and a dark hole); place, widths and blur by a search. What shading and shadows
+//! do far from the hole counts little: the fit has a window. A hole of another colour is fitted without the pull to the dark where that explains clearly more.
+
+use super::fold::Fold;
+use super::labels::simplex;
+use rustfft::num_complex::Complex;
+use rustfft::{Fft, FftPlanner};
+use std::sync::Arc;
+
+/// A hole between the threads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Hole {
+    /// Widths of warp and weft as shares of their pitch.
+    pub fill: [f64; 2],
+}
+
+/// Bins of a fold along each axis.
+pub(super) const BINS: usize = 32;
+/// Samples of a bin in which profiles are drawn before they are blurred.
+const FINE: usize = 8;
+const SAMPLES: usize = BINS * FINE;
+/// Functions of one coordinate, and of both.
+const TERMS: usize = 5;
+const ALL: usize = TERMS * TERMS;
+/// Pulls to an even thread, to a dark hole, and to a hole of any colour.
+const EVEN: f64 = 1e-4;
+const DARK: f64 = 1e-3;
+const ANY: f64 = 1e-6;
+/// Brightness of a dark hole over the mean.
+const DARKNESS: f64 = 0.06;
+/// Standard deviation of the window around the hole, in threads.
+const WINDOW: f64 = 0.2;
+/// Blur that is likely, in pixels: lens, pixel, and threads that do not lie evenly; the spread of its logarithm, and how much that counts.
+const BLUR: f64 = 0.85;
+const BLUR_SPREAD: f64 = 0.35;
+const BLUR_PULL: f64 = 0.3;
+/// Widest hole, in threads; and a narrowest one, which keeps the search from zero.
+const WIDEST: f64 = 0.5;
+const NARROWEST: f64 = 0.002;
+/// A hole of any colour must leave this much less unexplained than a dark one (in logarithms), and be so many pixels wide.
+const CLEARER: f64 = 0.2;
+const COLOURED_PIXELS: f64 = 1.5;
+/// The hole must differ from what is beside it on all sides by this share of the brighter of both.
+const CONTRAST: f64 = 0.3;
+/// How far beside its sides that is looked at, in threads.
+const BESIDE: f64 = 0.1;
+/// Fewest pixels of the hole along x and y: of one that is smaller only the area is seen, not the sides.
+const FEWEST_PIXELS: f64 = 1.0;
+/// A round thread is dark at its edge, so that the step which fits best lies inside of it: by this many standard deviations of the blur on each side. From drawn
+/// cloths (sections from elliptic to flat), where hardly any of it depends on pitch or light.
+const INSIDE: f64 = 0.24;
+/// Starts of the search: places along a pitch and widths, and how many of the best are followed.
+const PLACES: usize = 16;
+const WIDTHS: [f64; 3] = [0.05, 0.2, 0.35];
+const FOLLOWED: usize = 3;
+/// Most shapes that one simplex looks at.
+const EVALUATIONS: usize = 150;
+
+/// Place of the hole's middle (threads from the fold's middle), its sides (threads), and the logarithm of the blur in pixels.
+type Place = [f64; 5];
+
+/// The hole that all crossings have in the mean, whatever its colour; nothing if none is clearly seen. `pitch` in pixels.
+pub(super) fn find(fold: &Fold, pitch: [f64; 2]) -> Option<Hole> {
+    let model = Model::new(fold.mean_cell(), pitch);
+    let sides = |p: &Place| [0, 1].map(|k| p[2 + k].clamp(NARROWEST, WIDEST));
+    let narrowest = |p: &Place| sides(p).iter().zip(pitch).map(|(g, pitch)| g * pitch).fold(f64::INFINITY, f64::min);
+    let (dark, any) = (model.search(DARK), model.search(ANY));
+    let coloured = any.1 < dark.1 - CLEARER && narrowest(&any.0) > COLOURED_PIXELS;
+    let (place, pull) = if coloured { (any.0, ANY) } else { (dark.0, DARK) };
+    if narrowest(&place) <= FEWEST_PIXELS || model.contrast(&place, pull) <= CONTRAST {
+        return None;
+    }
+    let sigma = place[4].exp();
+    let gaps = sides(&place);
+    Some(Hole { fill: [0, 1].map(|k| (1.0 - gaps[k] + 2.0 * INSIDE * sigma / pitch[k]).clamp(0.3, 1.0)) })
+}
+
+/// The mean crossing, and what is needed to compare a hole with it.
+struct Model {
+    cell: Vec<[f64; 3]>,
+    mean: [f64; 3],
+    variance: f64,
+    pitch: [f64; 2],
+    forward: Arc<dyn Fft<f64>>,
+    backward: Arc<dyn Fft<f64>>,
+}
+
+/// Functions of one coordinate, in bins.
+type Profiles = [[f64; BINS]; TERMS];
+
+impl Model {
+    fn new(cell: Vec<[f64; 3]>, pitch: [f64; 2]) -> Self {
+        let n = cell.len() as f64;
+        let mean = [0, 1, 2].map(|c| cell.iter().map(|v| v[c]).sum::<f64>() / n);
+        let variance = (0..3).map(|c| cell.iter().map(|v| (v[c] - mean[c]).powi(2)).sum::<f64>() / n).sum::<f64>().max(1e-12);
+        let mut planner = FftPlanner::new();
+        Self { cell, mean, variance, pitch, forward: planner.plan_fft_forward(SAMPLES), backward: planner.plan_fft_inverse(SAMPLES) }
+    }
+
+    /// The functions of one coordinate for a hole at `middle` of width `gap`, blurred by `sigma` (threads).
+    fn profiles(&self, middle: f64, gap: f64, sigma: f64) -> Profiles {
+        let mut drawn = [[0.0; SAMPLES]; TERMS];
+        for k in 0..SAMPLES {
+            let d = wrapped((k as f64 + 0.5) / SAMPLES as f64 - 0.5 - middle);
+            let hole = ((0.5 * gap - d.abs()) * SAMPLES as f64 + 0.5).clamp(0.0, 1.0);
+            let thread = 1.0 - hole;
+            let off = ((d - 0.5_f64.copysign(d)) / (0.5 * (1.0 - gap))).clamp(-1.0, 1.0);
+            let values = [hole, thread, thread * off, thread * off * off, thread * (1.0 - off * off).sqrt()];
+            (0..TERMS).for_each(|t| drawn[t][k] = values[t]);
+        }
+        // The blur is even, so two real functions are blurred as one complex one.
+        let mut out = [[0.0; BINS]; TERMS];
+        for pair in 0..TERMS.div_ceil(2) {
+            let (a, b) = (2 * pair, (2 * pair + 1).min(TERMS - 1));
+            let mut both: Vec<Complex<f64>> = (0..SAMPLES).map(|k| Complex::new(drawn[a][k], drawn[b][k])).collect();
+            self.forward.process(&mut both);
+            for (k, value) in both.iter_mut().enumerate() {
+                let cycles = std::f64::consts::PI * k.min(SAMPLES - k) as f64 * sigma;
+                *value *= (-2.0 * cycles * cycles).exp() / (SAMPLES * FINE) as f64;
+            }
+            self.backward.process(&mut both);
+            for (k, value) in both.iter().enumerate() {
+                out[a][k / FINE] += value.re;
+                if b != a {
+                    out[b][k / FINE] += value.im;
+                }
+            }
+        }
+        out
+    }
+
+    fn both_profiles(&self, place: &Place) -> [Profiles; 2] {
+        let sigma = place[4].clamp(-1.5, 1.5).exp();
+        [0, 1].map(|k| self.profiles(place[k], place[2 + k].clamp(NARROWEST, WIDEST), sigma / self.pitch[k]))
+    }
+
+    /// Weights around a middle, 1 in the mean; even without a window.
+    fn window(middle: Option<f64>) -> [f64; BINS] {
+        let Some(middle) = middle else { return [1.0; BINS] };
+        let at = |k: usize| (-0.5 * (wrapped(centre(k) - middle) / WINDOW).powi(2)).exp();
+        let sum: f64 = (0..BINS).map(at).sum();
+        std::array::from_fn(|k| at(k) * BINS as f64 / sum)
+    }
+
+    /// Logarithm of the share of the cell's variation that a hole leaves unexplained, and what makes its shape unlikely.
+    fn rate(&self, place: &Place, pull: f64, window: [f64; 2]) -> f64 {
+        let weights = window.map(|w| Self::window(Some(w)));
+        let (left, _) = self.fit(&self.both_profiles(place), &weights, pull);
+        let outside: f64 = place[2..4].iter().map(|g| 10.0 * ((NARROWEST - g).max(0.0) + (g - WIDEST).max(0.0))).sum();
+        let blur = (place[4] - BLUR.ln()) / BLUR_SPREAD;
+        (left / self.variance + 1e-5).ln() + outside + BLUR_PULL * blur * blur
+    }
+
+    /// What the best coefficients leave of the cell, and the colour of the hole.
+    fn fit(&self, [x, y]: &[Profiles; 2], [wx, wy]: &[[f64; BINS]; 2], pull: f64) -> (f64, [f64; 3]) {
+        let gram = [gram(x, wx), gram(y, wy)];
+        let prepared = Equations::new(&gram, pull);
+        let rows = self.rows(x, wx);
+        self.solve(&prepared, &rows, y, wy, self.squares(wx, wy))
+    }
+
+    /// The cell's rows projected on the functions of x.
+    fn rows(&self, x: &Profiles, wx: &[f64; BINS]) -> Vec<[[f64; TERMS]; 3]> {
+        let project =
+            |row: usize, c: usize, t: usize| (0..BINS).map(|k| wx[k] * x[t][k] * self.cell[row * BINS + k][c]).sum::<f64>() / BINS as f64;
+        (0..BINS).map(|row| [0, 1, 2].map(|c| std::array::from_fn(|t| project(row, c, t)))).collect()
+    }
+
+    fn squares(&self, wx: &[f64; BINS], wy: &[f64; BINS]) -> f64 {
+        let of = |(k, v): (usize, &[f64; 3])| wx[k % BINS] * wy[k / BINS] * v.iter().map(|v| v * v).sum::<f64>();
+        self.cell.iter().enumerate().map(of).sum::<f64>() / (BINS * BINS) as f64
+    }
+
+    fn solve(&self, equations: &Equations, rows: &[[[f64; TERMS]; 3]], y: &Profiles, wy: &[f64; BINS], squares: f64) -> (f64, [f64; 3]) {
+        let (mut left, mut hole) = (squares, [0.0; 3]);
+        for c in 0..3 {
+            let mut likely = [0.0; ALL];
+            likely[0] = DARKNESS * self.mean[c];
+            [1, TERMS, TERMS + 1].into_iter().for_each(|k| likely[k] = self.mean[c]);
+            let mut rest = [0.0; ALL];
+            for (k, value) in rest.iter_mut().enumerate() {
+                let (b, a) = (k / TERMS, k % TERMS);
+                let data = (0..BINS).map(|row| wy[row] * y[b][row] * rows[row][c][a]).sum::<f64>() / BINS as f64;
+                let modelled: f64 = (0..ALL).map(|j| equations.matrix[k][j] * likely[j]).sum();
+                left -= likely[k] * (2.0 * data - modelled);
+                *value = data - modelled;
+            }
+            let change = equations.solved(&rest);
+            left -= rest.iter().zip(&change).map(|(r, d)| r * d).sum::<f64>();
+            hole[c] = likely[0] + change[0];
+        }
+        (left.max(0.0), hole)
+    }
+
+    /// The best hole: from the best of many starts, each followed by two searches.
+    fn search(&self, pull: f64) -> (Place, f64) {
+        let mut best = ([0.0, 0.0, 0.1, 0.1, BLUR.ln()], f64::INFINITY);
+        for start in self.starts(pull) {
+            let mut place = start;
+            for sign in [1.0, -1.0] {
+                let window = [place[0], place[1]];
+                let rate = |p: &Place| self.rate(p, pull, window);
+                place = simplex(&rate, place, [0.03, 0.03, 0.04, 0.04, 0.25].map(|s| s * sign), EVALUATIONS);
+                let value = rate(&place);
+                if sign < 0.0 && value < best.1 {
+                    best = (place, value);
+                }
+            }
+        }
+        best
+    }
+
+    /// Places and sizes that explain most of the whole crossing, none like another.
+    fn starts(&self, pull: f64) -> Vec<Place> {
+        /// What makes two starts alike: middles, and sides.
+        const NEAR: (f64, f64) = (0.13, 0.2);
+        let even = [1.0; BINS];
+        let axis = |k: usize| -> Vec<(f64, f64, Profiles, [[f64; TERMS]; TERMS])> {
+            let middles = (0..PLACES).map(|p| (p as f64 + 0.5) / PLACES as f64 - 0.5);
+            let all = middles.flat_map(|middle| WIDTHS.map(|gap| (middle, gap)));
+            all.map(|(middle, gap)| {
+                let profiles = self.profiles(middle, gap, BLUR / self.pitch[k]);
+                (middle, gap, profiles, gram(&profiles, &even))
+            })
+            .collect()
+        };
+        let (across, upward) = (axis(0), axis(1));
+        let squares = self.squares(&even, &even);
+        let mut rated: Vec<(f64, Place)> = Vec::new();
+        for (x, width, of_x, gram_x) in &across {
+            let rows = self.rows(of_x, &even);
+            for (y, height, of_y, gram_y) in &upward {
+                let equations = Equations::new(&[*gram_x, *gram_y], pull);
+                let left = self.solve(&equations, &rows, of_y, &even, squares).0;
+                rated.push((left, [*x, *y, *width, *height, BLUR.ln()]));
+            }
+        }
+        rated.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut kept: Vec<Place> = Vec::new();
+        for (_, p) in rated {
+            let alike = |q: &Place| {
+                let apart = wrapped(p[0] - q[0]).abs().max(wrapped(p[1] - q[1]).abs());
+                apart <= NEAR.0 && (p[2] - q[2]).abs() + (p[3] - q[3]).abs() <= NEAR.1
+            };
+            if !kept.iter().any(alike) {
+                kept.push(p);
+                if kept.len() == FOLLOWED {
+                    break;
+                }
+            }
+        }
+        kept
+    }
+
+    /// How much the hole's colour differs from what is beside it, on the side where it does least: a share of the brighter of both.
+    fn contrast(&self, place: &Place, pull: f64) -> f64 {
+        let weights = [place[0], place[1]].map(|m| Self::window(Some(m)));
+        let hole = self.fit(&self.both_profiles(place), &weights, pull).1;
+        let size = |v: [f64; 3]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let beside = |dx: f64, dy: f64| {
+            let v = self.cell[bin(place[1] + dy) * BINS + bin(place[0] + dx)];
+            size([0, 1, 2].map(|c| v[c] - hole[c])) / size(v).max(size(hole)).max(1e-9)
+        };
+        let [rx, ry] = [0, 1].map(|k| 0.5 * place[2 + k].clamp(NARROWEST, WIDEST) + BESIDE);
+        [(rx, 0.0), (-rx, 0.0), (0.0, ry), (0.0, -ry)].map(|(dx, dy)| beside(dx, dy)).into_iter().fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// A difference of places in threads, -0.5 to 0.5.
+fn wrapped(d: f64) -> f64 {
+    (d + 0.5).rem_euclid(1.0) - 0.5
+}
+
+/// Middle of a bin, in threads from the fold's middle.
+fn centre(bin: usize) -> f64 {
+    (bin as f64 + 0.5) / BINS as f64 - 0.5
+}
+
+/// The bin of a place.
+fn bin(place: f64) -> usize {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 1 times some bins")]
+    let bin = ((place + 0.5).rem_euclid(1.0) * BINS as f64) as usize;
+    bin.min(BINS - 1)
+}
+
+/// Means of the products of the functions.
+fn gram(profiles: &Profiles, weights: &[f64; BINS]) -> [[f64; TERMS]; TERMS] {
+    let mean = |a: usize, b: usize| (0..BINS).map(|k| weights[k] * profiles[a][k] * profiles[b][k]).sum::<f64>() / BINS as f64;
+    std::array::from_fn(|a| std::array::from_fn(|b| mean(a, b)))
+}
+
+/// Normal equations of all coefficients, with Cholesky's factor of them and the pulls.
+struct Equations {
+    matrix: Vec<[f64; ALL]>,
+    factor: Vec<[f64; ALL]>,
+}
+
+impl Equations {
+    /// The equations of the products of the functions of x and of y.
+    fn new([x, y]: &[[[f64; TERMS]; TERMS]; 2], pull: f64) -> Self {
+        let entry = |i: usize, j: usize| y[i / TERMS][j / TERMS] * x[i % TERMS][j % TERMS];
+        let matrix: Vec<[f64; ALL]> = (0..ALL).map(|i| std::array::from_fn(|j| entry(i, j))).collect();
+        let mut factor = vec![[0.0; ALL]; ALL];
+        for i in 0..ALL {
+            for j in 0..=i {
+                let dot: f64 = (0..j).map(|k| factor[i][k] * factor[j][k]).sum();
+                let rest = matrix[i][j] - dot;
+                factor[i][j] = if i == j {
+                    // Positive: the matrix is a product of two positive ones, and the pulls are added.
+                    (rest + if i == 0 { pull } else { EVEN }).max(1e-15).sqrt()
+                } else {
+                    rest / factor[j][j]
+                };
+            }
+        }
+        Self { matrix, factor }
+    }
+
+    fn solved(&self, rhs: &[f64; ALL]) -> [f64; ALL] {
+        let mut y = *rhs;
+        for i in 0..ALL {
+            let dot: f64 = (0..i).map(|k| self.factor[i][k] * y[k]).sum();
+            y[i] = (y[i] - dot) / self.factor[i][i];
+        }
+        for i in (0..ALL).rev() {
+            let dot: f64 = (i + 1..ALL).map(|k| self.factor[k][i] * y[k]).sum();
+            y[i] = (y[i] - dot) / self.factor[i][i];
+        }
+        y
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::weave::grid::Repeat;
+
+    /// A mean crossing with a hole of given sides (threads) and colour, blurred by some bins.
+    fn cell(gaps: [f64; 2], hole: [f32; 3], sigma: f64) -> Fold {
+        let pitch = [20.0, 20.0];
+        let model = Model::new(vec![[1.0; 3]; BINS * BINS], pitch);
+        let [x, y] =
+            [0.21, -0.33].into_iter().zip(gaps).map(|(m, g)| model.profiles(m, g, sigma / 20.0)).collect::<Vec<_>>().try_into().unwrap();
+        let thread = |p: &Profiles, k: usize| 0.3 * p[1][k] + 0.7 * p[4][k] + 0.15 * p[2][k];
+        let colour = (0..BINS * BINS)
+            .map(|k| {
+                let (i, j) = (k % BINS, k / BINS);
+                let (hx, hy): (f64, f64) = (x[0][i], y[0][j]);
+                let (tx, ty) = (thread(&x, i), thread(&y, j));
+                let light = [0.6, 0.5, 0.4].map(|c| c * (0.9 * tx * hy + 0.7 * ty * hx + 1.1 * tx * ty));
+                std::array::from_fn(|c| (light[c] + f64::from(hole[c]) * hx * hy) as f32)
+            })
+            .collect();
+        Fold { kx: BINS, ky: BINS, repeat: Repeat { columns: 1, shift: 0, rows: 1 }, colour, count: vec![9.0; BINS * BINS] }
+    }
+
+    #[test]
+    fn holes_of_any_colour_are_measured() {
+        for (gaps, hole) in [([0.3, 0.12], [0.02; 3]), ([0.1, 0.12], [0.02; 3]), ([0.25, 0.2], [0.5, 0.2, 0.1])] {
+            let found = find(&cell(gaps, hole, 0.8), [20.0, 20.0]).unwrap();
+            for k in 0..2 {
+                // Without what round threads add.
+                let gap = 1.0 - found.fill[k] + 2.0 * INSIDE * 0.8 / 20.0;
+                assert!((gap - gaps[k]).abs() < 0.02, "{gap} for {}, {hole:?}", gaps[k]);
+            }
+        }
+    }
+
+    #[test]
+    fn threads_that_touch_have_no_wide_hole() {
+        // The dark line where two round threads touch may be taken for a gap of a pixel.
+        let touching = find(&cell([0.002, 0.002], [0.02; 3], 0.8), [20.0, 20.0]);
+        assert!(touching.is_none_or(|h| h.fill.iter().all(|f| *f > 0.94)), "{touching:?}");
+        let flat = Fold { colour: vec![[1.0; 3]; BINS * BINS], ..cell([0.1, 0.1], [0.0; 3], 0.8) };
+        assert_eq!(find(&flat, [20.0, 20.0]), None);
+    }
+}
