@@ -149,8 +149,7 @@ pub(super) fn traced<'a>(
     start: Start,
 ) -> Result<Traced<'a>> {
     let began = (control.clock)();
-    // Tables need not be reciprocal; every model is.
-    let symmetric = !small.surfaces.iter().any(|s| matches!(s.brdf, Brdf::Measured(_)));
+    let symmetric = small.is_reciprocal();
     let demand = Demand::new(pairs, symmetric);
     let directions = demand.directions.len();
     #[expect(clippy::cast_possible_truncation, reason = "both halves of the seed are used")]
