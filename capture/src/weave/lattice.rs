@@ -153,7 +153,11 @@ impl Lattice {
         let Some((_, [a, b])) = best else { return self };
         let points: Vec<(DVec2, f64)> = peaks.iter().map(|p| (p.frequency / bin, p.contrast.ln().min(8.0))).collect();
         let (a, b) = reduced(a / bin, b / bin);
-        Self::refine(vec![a, b], &points, 0.5 / (bin.x * bin.y)).map_or(self, |l| l.in_cycles_per_pixel(bin))
+        let area = 0.5 / (bin.x * bin.y);
+        // A finer lattice holds all points of the coarser one: if it explains less, its fit has slipped onto peaks that are of no lattice.
+        let explained = rate(&[b1 / bin, b2 / bin], &points, area, TOLERANCE).1;
+        let finer = Self::refine(vec![a, b], &points, area);
+        finer.filter(|l| l.explained >= explained).map_or(self, |l| l.in_cycles_per_pixel(bin))
     }
 
     /// From cycles over the cut, with a counter-clockwise basis.
