@@ -32,10 +32,10 @@ const LONG: usize = 1 << 15;
 /// Most pairs of the part of a list on which the number of samples is chosen, the share of the list that it is, and fewest: what costs less than
 /// rounds on the whole list, and still tells its error.
 const PART: usize = 1 << 13;
-const PART_SHARE: usize = 8;
+const PART_SHARE: usize = 16;
 const LEAST_PART: usize = 64;
-/// Lists from so many pairs, or directions, on find their samples on a part. Directions cost: a table has three times those of its part, and a list
-/// that repeats none of its directions four times those of the smallest part.
+/// Lists from so many pairs, or directions, on find their samples on a part. Directions cost: a table has four times those of its part, and a list
+/// that repeats none of its directions at least as many times those of the smallest part.
 const WORTH_A_PART_PAIRS: usize = 1024;
 const WORTH_A_PART_DIRECTIONS: usize = 512;
 /// Lists of more distinct pairs begin with clusters of unequal normals. On shorter ones equal normals, or facets one by one, are as fast, more exact,
