@@ -55,6 +55,41 @@ const EDGE_PIXELS: f64 = 2.0;
 /// More than two levels must leave at most this share of what two leave.
 const LEVELS_GAIN: f64 = 0.35;
 
+/// Share of the variation across grooves that must repeat; of a single edge it is one over the periods that the cut holds.
+pub(super) const MIN_REPEATING: f64 = 0.4;
+
+/// How much of the brightness across the first vector of the lattice repeats with it: of a surface all but noise, of one edge hardly any.
+pub(super) fn repeating(scale: &Scale) -> f64 {
+    /// Places of a period.
+    const PLACES: i64 = 16;
+    let (field, f) = (&scale.field, scale.lattice.basis[0]);
+    let mut profile: std::collections::BTreeMap<i64, [f64; 2]> = std::collections::BTreeMap::new();
+    for row in 0..field.height {
+        for column in 0..field.width {
+            let pixel = row * field.width + column;
+            if field.valid[pixel] {
+                let place = (f.dot(field.position(column, row)) * PLACES as f64).floor() as i64;
+                let entry = profile.entry(place).or_default();
+                *entry = [entry[0] + f64::from(field.ratio[pixel].iter().sum::<f32>()), entry[1] + 1.0];
+            }
+        }
+    }
+    let mut folded = [[0.0; 2]; PLACES as usize];
+    let mut all = [0.0; 2];
+    for (place, value) in &profile {
+        for sum in [&mut folded[place.rem_euclid(PLACES) as usize], &mut all] {
+            *sum = [sum[0] + value[0], sum[1] + value[1]];
+        }
+    }
+    let mean = |v: [f64; 2]| v[0] / v[1].max(1.0);
+    let (mut left, mut total) = (0.0, 0.0);
+    for (place, value) in &profile {
+        left += value[1] * (mean(*value) - mean(folded[place.rem_euclid(PLACES) as usize])).powi(2);
+        total += value[1] * (mean(*value) - mean(all)).powi(2);
+    }
+    if total > 0.0 { 1.0 - left / total } else { 0.0 }
+}
+
 /// The relief that a lattice of one or two vectors shows.
 pub(super) fn describe(photo: &Photo<'_>, scale: &Scale) -> Relief {
     let unit = photo.mm_per_pixel.unwrap_or(1.0) * scale.field.factor as f64;

@@ -131,6 +131,17 @@ pub(super) fn analyse(photo: &Photo<'_>, options: &Options) -> Result<Analysis> 
             result.findings.push(Finding { code: Code::AmbiguousWeave, message, measured: 1.0, threshold: MAX_UNEXPLAINED });
             return Ok(result);
         }
+        if scale.lattice.basis.len() == 1 {
+            let measured = relief::repeating(&scale);
+            if measured < relief::MIN_REPEATING {
+                let message = format!(
+                    "brightness changes across one direction, but only {:.0} % of that repeats, as at an edge or a shadow: show more of the surface",
+                    100.0 * measured
+                );
+                result.findings.push(Finding { code: Code::NoPeriod, message, measured, threshold: relief::MIN_REPEATING });
+                return Ok(result);
+            }
+        }
         let relief = relief::describe(photo, &scale);
         result.turn_deg = Some(relief.turn_deg);
         result.relief = Some(relief);

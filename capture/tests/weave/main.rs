@@ -123,6 +123,14 @@ fn what_does_not_repeat_is_said_to() {
     assert!(noise.weave.is_none() && noise.relief.is_none());
     let flat = see(&drawn(256, |_, _| 1.0, 0.0));
     assert_eq!(codes(&flat), [Code::NoPeriod]);
+    // One edge, and light that falls off evenly.
+    for light in [|x: f64, _: f64| if x > 200.0 { 1.2 } else { 0.4 }, |x: f64, _: f64| 0.2 + x / 400.0] {
+        for noise in [0.0, 0.01] {
+            let seen = see(&drawn(400, light, noise));
+            assert_eq!(codes(&seen), [Code::NoPeriod], "{:?}", seen.relief);
+            assert!(seen.findings[0].measured < seen.findings[0].threshold && seen.relief.is_none());
+        }
+    }
 }
 
 #[test]
