@@ -2,7 +2,7 @@
 //!
 //! The residuals are linear in the colours and nearly so, near the best point, in everything else. Their derivatives there, by central
 //! differences over a step that visibility bits do not spoil, give the covariance `(Jᵀ S⁻¹ J)⁻¹`, where `S` has for each group of rows (a distant
-//! photograph, the close-up, what was known before) its mean squared residual, at least 1: one group that is not explained is not made up for by others
+//! photograph, the close-up, what was known before) its mean squared residual, at least 1, three times that: the channels of a pixel leave the same out. One group that is not explained is not made up for by others
 //! that are. What other samples of the surface would change (`replicas`) is added to it. The bounds count as knowledge as well, of
 //! a standard deviation of `range/√12`: what nothing tells has that one.
 
@@ -18,6 +18,8 @@ const STEP: f64 = 0.03;
 /// The same of a colour where it moves what the close-up's pixels are sorted by: a share of the colour, and the least of it.
 const COLOUR_STEP: f64 = 0.15;
 const LEAST_COLOUR_STEP: f64 = 0.02;
+/// What three channels of a pixel count together, each: what the model leaves out of the shape of a surface, all three leave out alike.
+const ALIKE: f64 = 1.0 / 3.0;
 /// Share of its range from which on a standard deviation means that nothing is known.
 pub const NOT_IDENTIFIED: f64 = 0.25;
 /// Standard deviation over value from which on an unknown is weak.
@@ -217,14 +219,16 @@ impl Derivatives {
         gram
     }
 
-    /// For each row one over the mean squared residual of its group, at most 1. `counts` is what each row counts.
-    fn trust(&self, counts: &[f64]) -> Vec<f64> {
+    /// What each row is worth beside its weight: one over the mean squared residual of its group, at most 1, and [`ALIKE`] of what photographs tell.
+    /// `counts` is what each row counts; groups up to `photographs` are those of photographs.
+    fn trust(&self, counts: &[f64], photographs: usize) -> Vec<f64> {
         let mut sums = vec![(0.0, 0.0); self.groups.iter().max().map_or(0, |m| m + 1)];
         for ((&group, r), count) in self.groups.iter().zip(&self.residuals).zip(counts) {
             sums[group].0 += r * r;
             sums[group].1 += count;
         }
-        self.groups.iter().map(|&group| sums[group].1 / sums[group].0.max(sums[group].1).max(f64::MIN_POSITIVE)).collect()
+        let worth = |group: usize| if group <= photographs { ALIKE } else { 1.0 };
+        self.groups.iter().map(|&group| worth(group) * sums[group].1 / sums[group].0.max(sums[group].1).max(f64::MIN_POSITIVE)).collect()
     }
 
     /// The least-squares step of all unknowns but `held` that answers to a step of that one.
@@ -352,7 +356,7 @@ pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives:
     let count: f64 = best.rows.iter().map(|(row, _)| row.weight).sum::<f64>() + best.fixed.len() as f64;
     let chi2 = derivatives.residuals.iter().map(|r| r * r).sum::<f64>() / count.max(1.0);
     let counts: Vec<f64> = best.rows.iter().map(|(row, _)| row.weight).chain(best.fixed.iter().map(|_| 1.0)).collect();
-    let trust = derivatives.trust(&counts);
+    let trust = derivatives.trust(&counts, model.photographs.len());
     let covariance = |keep: &dyn Fn(usize) -> bool| {
         let mut gram = derivatives.gram(&range, |k| if keep(k) { trust[k] } else { 0.0 });
         for i in 0..total {
