@@ -3,8 +3,7 @@
 //! `table3`: the compressed `M` of the paper's materials. `figure11`: what is lost with few vectors of `N`. `table4`: the published method against
 //! the reference on five scenes. `figure7`: the best fit of a Lambertian and a Cook-Torrance lobe to shot silk.
 //!
-//! usage: `cargo bench --bench paper_wu2011 -- [--rates DIRECTIONSxNORMALS] [table3|figure11|table4|figure7]...`, sides of the largest maps of
-//! `M` (48x64, the paper's, take hours for the narrow lobes)
+//! usage: `cargo bench --bench paper_wu2011 -- [table3|figure11|table4|figure7]...`
 
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "benchmarks print, and stop where something is wrong")]
 
@@ -14,7 +13,7 @@ use biscale::brdf::{Brdf, Distribution, Measured};
 use biscale::filter::low_rank::map::Projection;
 use biscale::filter::low_rank::plan::Plan;
 use biscale::filter::low_rank::precomputed::{Precomputed, Settings};
-use biscale::filter::low_rank::rates::{LARGEST, Sides};
+use biscale::filter::low_rank::rates::LARGEST;
 use biscale::filter::{Effective, Method, Quality};
 use biscale::material::{Material, SmallScale};
 use glam::DVec3;
@@ -46,14 +45,8 @@ const TABLE_4: [(&str, &str, f64, f64, f64); 5] = [
 ];
 
 fn main() {
-    let mut arguments = common::arguments();
-    let rates = arguments.iter().position(|a| a == "--rates").and_then(|at| arguments.drain(at..at + 2).nth(1));
-    let largest = rates.map_or(LARGEST, |text| {
-        let (directions, normals) = text.split_once('x').expect("--rates DIRECTIONSxNORMALS");
-        Sides { directions: directions.parse().unwrap(), normals: normals.parse().unwrap() }
-    });
-    let all: [(&str, &dyn Fn()); 4] =
-        [("table3", &|| table_3(largest)), ("figure11", &figure_11), ("table4", &|| table_4(largest)), ("figure7", &figure_7)];
+    let arguments = common::arguments();
+    let all: [(&str, fn()); 4] = [("table3", table_3), ("figure11", figure_11), ("table4", table_4), ("figure7", figure_7)];
     for (name, run) in all {
         if arguments.is_empty() || arguments.iter().any(|a| a == name) {
             println!("\n{name}");
@@ -73,7 +66,7 @@ fn material(name: &str) -> Brdf {
     }
 }
 
-fn table_3(largest: Sides) {
+fn table_3() {
     println!(
         "| material | rows | columns | MB | kept MB | rate | rank | energy | CPU s | missed by directions, normals | paper: rows | columns | rank | kept MB | s |"
     );
@@ -81,7 +74,8 @@ fn table_3(largest: Sides) {
     let Plan::Paper { directions, energy, .. } = Plan::PAPER else { unreachable!("the paper's plan is of the paper's variant") };
     for (name, rows, columns, rank, _, kept, seconds) in TABLE_3 {
         let brdf = material(name);
-        let settings = Settings { projection: Projection::Paraboloid, least_directions: directions, largest, energy: energy[1], seed: 1 };
+        let settings =
+            Settings { projection: Projection::Paraboloid, least_directions: directions, largest: LARGEST, energy: energy[1], seed: 1 };
         let (m, cost) = common::measure(|| Precomputed::compute(&brdf, &settings, &|_| Ok(())).unwrap());
         println!(
             "| {name} | {} | {} | {:.1} | {:.2} | {:.0}:1 | {} | {:.1} % | {:.1} | {:.1} %, {:.1} %{} | {rows} | {columns} | {rank} | {kept} | {seconds} |",
@@ -141,7 +135,7 @@ fn figure_11() {
     }
 }
 
-fn table_4(largest: Sides) {
+fn table_4() {
     println!(
         "| scene | sample | reference, CPU s a 1,000 pairs | M, CPU s once | lowrank, CPU s | pairs of M | reference over lowrank | PSNR dB | improved, PSNR dB | paper: rate | PSNR dB |"
     );
@@ -155,7 +149,7 @@ fn table_4(largest: Sides) {
             common::measure(|| common::run(&small, &pairs, &Quality { method: Method::Reference, tolerance: 0.01, ..Quality::default() }));
         let quality = Quality {
             cache: Some(cache.clone()),
-            ..plan(format!("lowrank:paper:facets=8000:rates={}x{}", largest.directions, largest.normals))
+            ..plan(format!("lowrank:paper:facets=8000:rates={}x{}", LARGEST.directions, LARGEST.normals))
         };
         let (_, first) = common::measure(|| common::run(&small, &pairs[..1], &quality));
         let (got, cost) = common::measure(|| common::run(&small, &pairs, &quality));

@@ -26,8 +26,6 @@ use std::ops::Range;
 
 /// Sets of facets whose spread gives the standard error.
 pub const SETS: usize = 8;
-/// Facets that the sums take at once.
-pub const LANES: usize = 16;
 /// The facets of one surface start at a multiple of this and are filled up to one: a word of visibility bits.
 pub const ALIGNMENT: usize = 64;
 /// Triangle of a facet that only fills up.

@@ -32,6 +32,7 @@ pub mod image_file;
 pub mod low_discrepancy;
 pub mod low_rank;
 pub mod material;
+pub mod random;
 pub mod render;
 mod simd;
 pub mod study;

@@ -1,7 +1,9 @@
 //! Low-discrepancy points and the hashes that scramble them.
 //!
-//! Everything random in this crate comes from here: a function of a seed and of indices, so that results do not depend on the
-//! order in which threads work.
+//! Everything random in this crate comes from here or from [`crate::random`]: a function of a seed and of indices, so that results do not
+//! depend on the order in which threads work.
+
+use crate::random::hash_64;
 
 /// A 32-bit fraction as a number in 0..1, at the middle of its step.
 pub fn fraction(bits: u32) -> f64 {
@@ -58,14 +60,6 @@ pub fn hash(mut x: u32) -> u32 {
     x ^= x >> 15;
     x = x.wrapping_mul(0x846c_a68b);
     x ^ x >> 16
-}
-
-/// A hash of 64 bits (Steele, Lea and Flood 2014, the output of `SplitMix64` for the counter `x`).
-pub fn hash_64(x: u64) -> u64 {
-    let mut x = x.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-    x ^ x >> 31
 }
 
 /// A number of the standard normal distribution: number `counter` of the stream `seed` (Box and Muller 1958).

@@ -73,6 +73,18 @@ pub struct SmallScale {
     pub surface_of_triangle: Vec<u16>,
 }
 
+impl SmallScale {
+    /// Whether light and viewer may trade places: all but RGL tables are reciprocal by construction.
+    pub fn is_reciprocal(&self) -> bool {
+        are_reciprocal(&self.surfaces)
+    }
+}
+
+/// Whether light and viewer may trade places on all of these surfaces.
+pub fn are_reciprocal(surfaces: &[Surface]) -> bool {
+    surfaces.iter().all(|s| s.brdf.is_reciprocal())
+}
+
 impl TintImage {
     /// The pixel that holds `uv`, both wrapped into the unit square.
     pub fn lookup(&self, uv: DVec2) -> [f32; 3] {

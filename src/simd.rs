@@ -5,6 +5,11 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
+/// Numbers that kernels take at once.
+pub const LANES: usize = 16;
+/// One number for each of them.
+pub type Lanes = [f32; LANES];
+
 /// A kernel: its `run` and all that it calls must be `#[inline(always)]`, or they are compiled for the oldest processor.
 pub trait Kernel {
     /// What it computes.

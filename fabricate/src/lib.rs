@@ -18,7 +18,6 @@ pub mod pattern;
 pub mod pdf;
 pub mod polygon;
 pub mod preview;
-pub mod random;
 pub mod ribbons;
 pub mod sheets;
 pub mod simplify;

@@ -16,6 +16,8 @@ pub use measured::{MIN_FACET_COSINE, Measured, fit_names};
 pub use microfacet::Distribution;
 pub use params::MODELS;
 
+pub use crate::simd::{LANES, Lanes};
+
 use crate::toml_reader::{Range, range};
 use glam::DVec3;
 use microfacet::HalfAngle;

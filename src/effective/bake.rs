@@ -16,6 +16,7 @@ use crate::direction::Pair;
 use crate::error::{BadInput, Error, Result};
 use crate::filter::{Control, Effective, Quality, Value, effective};
 use crate::material::SmallScale;
+use crate::random::{Random, mix};
 use glam::DVec3;
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -216,11 +217,8 @@ struct Probes {
 
 impl Probes {
     fn compute(quality: &Quality, values: &mut Values<'_>) -> Result<Self> {
-        let mut counter = 0;
-        let mut random = || {
-            counter += 1;
-            unit(quality.seed, counter)
-        };
+        let mut stream = Random::from_state(mix(quality.seed));
+        let mut random = || stream.unit();
         let [rows, columns] = PROBE_STRATA;
         let mut stratified = |i: usize| {
             let (u, v) = (((i / columns) as f64 + random()) / rows as f64, ((i % columns) as f64 + random()) / columns as f64);
@@ -281,15 +279,4 @@ fn projected_uniform(u: f64, v: f64) -> DVec3 {
     let (sin, cos) = (TAU * v).sin_cos();
     let radius = u.sqrt();
     DVec3::new(radius * cos, radius * sin, (1.0 - u).sqrt())
-}
-
-/// The `counter`-th number in `0..1` of the stream `seed` (`SplitMix64`, Steele et al. 2014: a counter, mixed).
-fn unit(seed: u64, counter: usize) -> f64 {
-    let mix = |mut z: u64| {
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    };
-    let bits = mix(mix(seed).wrapping_add((counter as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)));
-    (bits >> 11) as f64 / (1_u64 << 53) as f64
 }

@@ -4,13 +4,12 @@
 //! that the caller measures.
 
 use super::estimate::PairSums;
-use super::lobes::{Lanes, Lobe, Shape, Side};
+use super::lobes::{Lobe, Shape, Side, cosines};
 use super::sums::TaskPair;
-use crate::brdf::Measured;
 use crate::bvndf::{WORDS_PER_BYTES, both_see, by_set};
 use crate::clusters::Cluster;
-use crate::facets::{LANES, SETS};
-use crate::simd::{self, Kernel};
+use crate::facets::SETS;
+use crate::simd::{self, Kernel, LANES, Lanes};
 use glam::{DVec3, Vec3};
 use std::ops::Range;
 
@@ -116,6 +115,7 @@ impl Kernel for Add<'_> {
         let mut acc = vec![[0.0_f32; SETS]; lobes.len()];
         let mut tables = vec![[[0.0_f32; SETS]; 3]; lobes.len()];
         let mut values = vec![[0.0; LANES]; lobes.len()];
+        let mut table_values = vec![[[0.0; LANES]; 3]; lobes.len()];
         let mut both = Vec::new();
         for (pair, sums) in pairs.iter().zip(sums) {
             let words = [views.words_of(pair.i, directions.len()), views.words_of(pair.o, directions.len())];
@@ -127,7 +127,9 @@ impl Kernel for Add<'_> {
                     continue;
                 }
                 for (j, lobe) in lobes.iter().enumerate() {
-                    if lobe.lobe.whole.is_none() {
+                    if lobe.lobe.whole.is_some() {
+                        table_values[j] = lobe.lobe.table_values(&lobe.chunks[k].normal, pair.wi, pair.wo);
+                    } else {
                         let side = |d: usize| &views.side[(j * directions.len() + d) * chunks + k];
                         values[j] = lobe.values(&lobe.chunks[k], pair, side(pair.i), side(pair.o));
                     }
@@ -145,11 +147,10 @@ impl Kernel for Add<'_> {
                         for r in 0..SETS {
                             acc[j][r] += value * count[r];
                         }
-                        if let Some(measured) = lobes[j].lobe.whole {
-                            let fr = table_value(measured, &lobes[j].chunks[k], l, pair);
+                        if lobes[j].lobe.whole.is_some() {
                             for c in 0..3 {
                                 for r in 0..SETS {
-                                    tables[j][c][r] += fr[c] * count[r];
+                                    tables[j][c][r] += table_values[j][c][l] * count[r];
                                 }
                             }
                         }
@@ -198,14 +199,6 @@ fn counts(packed: &[u64]) -> [f32; SETS] {
     counts
 }
 
-/// `fr (n·i)(n·o)` of a table at the mean normal of a cluster, three channels.
-fn table_value(measured: &Measured, chunk: &Chunk, l: usize, pair: &TaskPair) -> [f32; 3] {
-    let (i, o) = (pair.wi.as_vec3(), pair.wo.as_vec3());
-    let n = Vec3::new(chunk.normal[0][l], chunk.normal[1][l], chunk.normal[2][l]);
-    let factor = n.dot(i).max(0.0) * n.dot(o).max(0.0);
-    measured.eval_f32(n, i, o).map(|fr| fr * factor)
-}
-
 impl ClusterViews {
     #[inline(always)]
     fn words_of(&self, d: usize, directions: usize) -> &[u64] {
@@ -242,11 +235,11 @@ impl ClusterViews {
         self.side.clear();
         for lobe in lobes {
             for (d, (w, _)) in directions.iter().enumerate() {
-                let w = [w.x as f32, w.y as f32, w.z as f32];
+                let w = w.as_vec3();
                 for k in 0..chunks {
                     let mut cosine = [0.0; LANES];
                     if self.seen[d * chunks + k] != 0 {
-                        cosine = dot(&lobe.chunks[k].normal, w);
+                        cosine = cosines(&lobe.chunks[k].normal, w);
                         for l in 0..LANES {
                             cosine[l] = cosine[l].clamp(0.0, 1.0);
                         }
@@ -257,15 +250,6 @@ impl ClusterViews {
         }
         places
     }
-}
-
-#[inline(always)]
-fn dot(n: &[Lanes; 3], w: [f32; 3]) -> Lanes {
-    let mut out = [0.0; LANES];
-    for l in 0..LANES {
-        out[l] = n[0][l] * w[0] + n[1][l] * w[1] + n[2][l] * w[2];
-    }
-    out
 }
 
 impl ClusteredLobe<'_> {
@@ -295,7 +279,8 @@ impl ClusteredLobe<'_> {
     /// The lobe's [`Shape`] at the half vector, widened by the spread of each cluster.
     #[inline(always)]
     fn widened(&self, chunk: &Chunk, h: [f32; 3]) -> Lanes {
-        let (x, y, z) = (dot(&chunk.tangents[0], h), dot(&chunk.tangents[1], h), dot(&chunk.normal, h));
+        let h = Vec3::from_array(h);
+        let (x, y, z) = (cosines(&chunk.tangents[0], h), cosines(&chunk.tangents[1], h), cosines(&chunk.normal, h));
         // The isotropic shapes by sin² and cos², at roughness 1 along the scaled axes: sin² / alpha² becomes a quadratic form.
         let (mut form, mut cos2) = ([0.0; LANES], [0.0; LANES]);
         for l in 0..LANES {

@@ -22,6 +22,8 @@ pub struct Demand {
     pub wanted: Vec<Option<Wanted>>,
     /// Places of the list above the horizon, by their place in `pairs`.
     pub order: Vec<u32>,
+    /// Whether a pair and its reverse are one.
+    pub symmetric: bool,
 }
 
 /// One pair of the list.
@@ -99,7 +101,7 @@ impl Demand {
             let pair = u32::try_from(pairs.len() - 1).expect("fewer than 2^32 pairs");
             wanted[k as usize] = placed[k as usize][1].map(|viewer| Wanted { pair, viewer });
         }
-        Self { directions, pairs, wanted, order }
+        Self { directions, pairs, wanted, order, symmetric }
     }
 
     /// Cuts `pairs` into tasks: runs that lie in one block of directions.

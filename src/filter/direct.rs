@@ -32,8 +32,12 @@ const LONG: usize = 1 << 15;
 /// Most pairs of the part of a list on which the number of samples is chosen, the share of the list that it is, and fewest: what costs less than
 /// rounds on the whole list, and still tells its error.
 const PART: usize = 1 << 13;
-const PART_SHARE: usize = 8;
-const LEAST_PART: usize = 128;
+const PART_SHARE: usize = 16;
+const LEAST_PART: usize = 64;
+/// Lists from so many pairs, or directions, on find their samples on a part. Directions cost: a table has four times those of its part, and a list
+/// that repeats none of its directions at least as many times those of the smallest part.
+const WORTH_A_PART_PAIRS: usize = 1024;
+const WORTH_A_PART_DIRECTIONS: usize = 512;
 /// Lists of more distinct pairs begin with clusters of unequal normals. On shorter ones equal normals, or facets one by one, are as fast, more exact,
 /// and may go where they are worth most (`biscale study`, tables of 272 and 600 directions).
 const WIDE: usize = 1 << 18;
@@ -149,8 +153,7 @@ pub(super) fn traced<'a>(
     start: Start,
 ) -> Result<Traced<'a>> {
     let began = (control.clock)();
-    // Tables need not be reciprocal; every model is.
-    let symmetric = !small.surfaces.iter().any(|s| matches!(s.brdf, Brdf::Measured(_)));
+    let symmetric = small.is_reciprocal();
     let demand = Demand::new(pairs, symmetric);
     let directions = demand.directions.len();
     #[expect(clippy::cast_possible_truncation, reason = "both halves of the seed are used")]
@@ -158,7 +161,7 @@ pub(super) fn traced<'a>(
     let long = demand.pairs.len() > LONG;
     let plan = quality.plan.as_deref().map(Plan::parse).transpose()?;
     // A short budget is better spent on the list itself. A plan says where its pilot run was.
-    let in_part = long || plan.map_or(quality.budget.is_none() && demand.pairs.len() >= PART_SHARE * LEAST_PART, |plan| plan.by_part);
+    let in_part = long || plan.map_or(quality.budget.is_none() && worth_a_part(&demand), |plan| plan.by_part);
     let part: Vec<Pair>;
     let (tried, part_demand) = if in_part {
         part = part_of(pairs, &demand, (demand.pairs.len() / PART_SHARE).clamp(LEAST_PART, PART));
@@ -536,6 +539,11 @@ impl Run<'_, '_> {
         prepared::correct(&mut values, &spread);
         (values, spread.relative_rms())
     }
+}
+
+/// Whether the samples that a list needs are found more cheaply on a part of it.
+fn worth_a_part(demand: &Demand) -> bool {
+    demand.pairs.len() >= WORTH_A_PART_PAIRS || demand.directions.len() >= WORTH_A_PART_DIRECTIONS
 }
 
 /// A part of a list, of about `count` pairs: those between some of the directions, since each direction costs.

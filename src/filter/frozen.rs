@@ -145,8 +145,7 @@ impl Placed<'_> {
     /// `Interrupted`; failures of the visibility.
     pub fn shares(&self, pairs: &[Pair], slots: &[Slot]) -> Result<Shares> {
         let Self { small, tracer, facets, samples } = self;
-        let symmetric = !small.surfaces.iter().any(|s| matches!(s.brdf, Brdf::Measured(_)));
-        let demand = Demand::new(pairs, symmetric);
+        let demand = Demand::new(pairs, small.is_reciprocal());
         let bits = tracer.see(facets, &demand.directions)?;
         let scale = 1.0 / samples;
         let areas: Vec<f64> = (demand.directions.iter().enumerate())

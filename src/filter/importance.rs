@@ -8,8 +8,8 @@
 use super::demand::Demand;
 use super::lobes::{Half, Lobe};
 use super::sums;
-use crate::facets::{Facets, Group, LANES};
-use crate::simd::{self, Kernel};
+use crate::facets::{Facets, Group};
+use crate::simd::{self, Kernel, LANES};
 use crate::visibility::Bits;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -124,10 +124,11 @@ impl Kernel for Residuals<'_> {
                     continue;
                 }
                 let cosine_i = sums::seen_cosine(facets, chunk, light.0, light.1);
+                let normals = sums::normals(facets, chunk);
                 let mut reflected = [0.0; LANES];
                 for lobe in lobes {
                     let grey = (lobe.colour_at(i_dot_h).iter().sum::<f64>() / 3.0) as f32;
-                    let value = lobe.chunk(facets, chunk, (&cosine_i, light.0), (&cosine_o, viewer.0), &half);
+                    let value = lobe.at_normals(&normals, [&cosine_i, &cosine_o], [light.0, viewer.0], &half);
                     for l in 0..LANES {
                         reflected[l] += grey * value[l];
                     }

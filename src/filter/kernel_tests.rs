@@ -171,6 +171,26 @@ fn wide_clusters_of_a_smooth_surface_err_by_little_and_less_than_mean_normals_wo
 }
 
 #[test]
+fn an_edit_to_a_table_that_is_not_reciprocal_looks_both_ways_round() {
+    let small = surface("{ model = \"lambert\", albedo = 0.5 }");
+    let pairs = pairs(&small);
+    let quality = Quality { tolerance: 0.02, ..Quality::default() };
+    let (prepared, _) = prepared::prepare(&small, &pairs, &quality, &CONTROL).unwrap();
+    let mut edited = small;
+    let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("samples/brdf/paper_white_rgb.bsdf");
+    edited.surfaces[0].brdf = crate::brdf::Brdf::Measured(crate::brdf::Measured::read(&file, 1.0).unwrap().into());
+    let (values, _) = prepared.evaluate(&edited.surfaces, &CONTROL).unwrap();
+    let (whole, _) = prepared::prepare(&edited, &pairs, &quality, &CONTROL).map(|(p, e)| (e.values, p)).unwrap();
+    let apart = |a: &Value, b: &Value| (a.fbar[0] - b.fbar[0]).abs() / (a.fbar[0] + b.fbar[0] + 0.05);
+    let worst = values.iter().zip(&whole).map(|(a, b)| apart(a, b)).fold(0.0, f64::max);
+    assert!(worst < 0.05, "{worst}");
+    // The pairs of 12 x 12 directions: where S is not the same both ways round.
+    let s = |i: usize, o: usize| values[12 * i + o].s[0];
+    let asymmetric = (0..12).flat_map(|i| (0..i).map(move |o| (i, o))).filter(|&(i, o)| (s(i, o) / s(o, i) - 1.0).abs() > 1e-3).count();
+    assert!(asymmetric > 10, "{asymmetric}");
+}
+
+#[test]
 fn black_lobes_are_left_out() {
     let small = surface("{ model = \"cook-torrance\", diffuse = 0, specular = 0, alpha = 0.3 }");
     assert!(lobes(&small.surfaces[0].brdf, [1.0; 3]).is_empty());

@@ -5,12 +5,9 @@
 //! pair. [`Side`] and [`Shape`] work on [`LANES`] facets in f32; `crate::brdf::Brdf::eval` is their plain twin.
 
 use crate::brdf::{Brdf, Colour, Distribution, Measured};
-use crate::facets::LANES;
-use glam::DVec3;
+use crate::simd::{LANES, Lanes};
+use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
-
-/// One number for each of the facets that the sums take at once.
-pub type Lanes = [f32; LANES];
 
 /// One lobe of a BRDF.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,6 +89,72 @@ impl Lobe<'_> {
         let grazing = (1.0 - i_dot_h).clamp(0.0, 1.0).powi(5);
         std::array::from_fn(|c| self.colour[c] * self.f0.map_or(1.0, |f| f[c] + (1.0 - f[c]) * grazing))
     }
+
+    /// `fr (n·i)+ (n·o)+` without the colour for some normals whose cosines with the directions are `cosines`, at least 0, to the light and to
+    /// the viewer. Of a table, the mean of its channels.
+    #[inline(always)]
+    pub fn at_normals(&self, normals: &[Lanes; 3], cosines: [&Lanes; 2], [wi, wo]: [DVec3; 2], half: &Half) -> Lanes {
+        let mut value = [0.0; LANES];
+        if self.whole.is_some() {
+            let seen = (0..LANES).any(|l| cosines[0][l] > 0.0 && cosines[1][l] > 0.0);
+            if seen {
+                let [r, g, b] = self.table_values(normals, wi, wo);
+                for l in 0..LANES {
+                    let mean = (r[l] + g[l] + b[l]) / 3.0;
+                    value[l] = if cosines[0][l] > 0.0 && cosines[1][l] > 0.0 { mean } else { 0.0 };
+                }
+            }
+            return value;
+        }
+        let (sin2, cos2) = half_angles(normals, &[*half]);
+        let [shape] = self.shape.eval(&sin2, &cos2);
+        let (side_i, side_o) = (self.side.eval(cosines[0]), self.side.eval(cosines[1]));
+        for l in 0..LANES {
+            value[l] = if cosines[0][l] > 0.0 && cosines[1][l] > 0.0 { side_i[l] * side_o[l] * shape[l] } else { 0.0 };
+        }
+        value
+    }
+
+    /// `fr (n·i)+ (n·o)+` of a table for some normals, by channel; 0 for a lobe that is no table.
+    #[inline(always)]
+    pub fn table_values(&self, normals: &[Lanes; 3], wi: DVec3, wo: DVec3) -> [Lanes; 3] {
+        let Some(measured) = self.whole else { return [[0.0; LANES]; 3] };
+        let (wi, wo) = (wi.as_vec3(), wo.as_vec3());
+        let mut values = measured.eval_lanes(normals, wi, wo);
+        let (cos_i, cos_o) = (cosines(normals, wi), cosines(normals, wo));
+        for value in &mut values {
+            for l in 0..LANES {
+                value[l] *= cos_i[l].max(0.0) * cos_o[l].max(0.0);
+            }
+        }
+        values
+    }
+}
+
+/// `n·w` of some normals.
+#[inline(always)]
+pub fn cosines(normals: &[Lanes; 3], w: Vec3) -> Lanes {
+    let mut out = [0.0; LANES];
+    for l in 0..LANES {
+        out[l] = normals[0][l] * w.x + normals[1][l] * w.y + normals[2][l] * w.z;
+    }
+    out
+}
+
+/// `sin²` and `cos²` of the angles between normals and the half vectors of `N` pairs from `n - h`, which does not cancel.
+#[inline(always)]
+pub fn half_angles<const N: usize>(normals: &[Lanes; 3], half: &[Half; N]) -> ([Lanes; N], [Lanes; N]) {
+    let (mut sin2, mut cos2) = ([[0.0; LANES]; N], [[0.0; LANES]; N]);
+    for l in 0..LANES {
+        for p in 0..N {
+            let h = half[p].h;
+            let d = [normals[0][l] - h[0], normals[1][l] - h[1], normals[2][l] - h[2]];
+            let d2 = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).min(2.0);
+            sin2[p][l] = d2 * (1.0 - 0.25 * d2);
+            cos2[p][l] = (1.0 - 0.5 * d2) * (1.0 - 0.5 * d2);
+        }
+    }
+    (sin2, cos2)
 }
 
 impl Side {

@@ -6,7 +6,6 @@ use super::estimate::{self, PairSums, Spread};
 use super::lobes::{self, Lobe};
 use super::sums::{self, Views};
 use super::{Control, Effective, Quality, Value, direct};
-use crate::brdf::Brdf;
 use crate::clusters::Cluster;
 use crate::direction::Pair;
 use crate::error::{Error, Result};
@@ -320,8 +319,7 @@ pub struct Prepared<'a> {
 /// Those of [`super::effective`].
 pub fn prepare<'a>(small: &SmallScale, pairs: &'a [Pair], quality: &Quality, control: &Control<'_>) -> Result<(Prepared<'a>, Effective)> {
     let direct::Traced { effective, tracer, samples, .. } = direct::traced(small, pairs, quality, control, direct::Start::UNKNOWN)?;
-    let symmetric = !small.surfaces.iter().any(|s| matches!(s.brdf, Brdf::Measured(_)));
-    Ok((Prepared::new(&tracer, pairs, Demand::new(pairs, symmetric), samples)?, effective))
+    Ok((Prepared::new(&tracer, pairs, Demand::new(pairs, small.is_reciprocal()), samples)?, effective))
 }
 
 impl<'a> Prepared<'a> {
@@ -363,10 +361,13 @@ impl<'a> Prepared<'a> {
     pub fn evaluate(&self, surfaces: &[material::Surface], control: &Control<'_>) -> Result<(Vec<Value>, f64)> {
         let lobes = surface_lobes(surfaces);
         let materials = Materials::new(&self.groups, &lobes, true);
-        let tasks = self.demand.tasks();
+        // An edit may bring a table that is not reciprocal; directions and what they see stay.
+        let both_ways = (self.demand.symmetric && !material::are_reciprocal(surfaces)).then(|| Demand::new(self.pairs, false));
+        let demand = both_ways.as_ref().unwrap_or(&self.demand);
+        let tasks = demand.tasks();
         // By pair, so that a group of pairs fills in its values and is forgotten.
-        let order = &self.demand.order;
-        let pair_of = |k: u32| self.demand.wanted[k as usize].expect("ordered places are wanted").pair as usize;
+        let order = &demand.order;
+        let pair_of = |k: u32| demand.wanted[k as usize].expect("ordered places are wanted").pair as usize;
         let mut values = vec![Value::default(); self.pairs.len()];
         let mut spread = Spread::default();
         let (mut next_task, mut next_place) = (0, 0);
@@ -378,13 +379,13 @@ impl<'a> Prepared<'a> {
             let last = group[group.len() - 1].end;
             let mut sums = vec![[[0.0; 3]; SETS]; last - first];
             for batch in &self.batches {
-                add_pairs(batch, &self.demand, group, &materials, &mut sums);
+                add_pairs(batch, demand, group, &materials, &mut sums);
             }
             let place = next_place + order[next_place..].partition_point(|&k| pair_of(k) < last);
-            let filled = Filled { demand: &self.demand, list: self.pairs, sums: &sums, first, areas: &self.areas, samples: self.samples };
+            let filled = Filled { demand, list: self.pairs, sums: &sums, first, areas: &self.areas, samples: self.samples };
             filled.write(&order[next_place..place], &mut values, &mut spread);
             next_place = place;
-            (control.progress)("sums", last as f64 / self.demand.pairs.len() as f64);
+            (control.progress)("sums", last as f64 / demand.pairs.len() as f64);
             next_task = end;
         }
         correct(&mut values, &spread);

@@ -4,7 +4,8 @@ use crate::error::Error;
 use crate::filter::{Method, effective};
 use crate::geometry::Tile;
 use crate::material::{Surface, Tint, TintImage};
-use crate::visibility::test_tiles::{Random, direction, extruded, flat, rough, tile, v_groove};
+use crate::random::Random;
+use crate::visibility::test_tiles::{direction, extruded, flat, rough, tile, upper, v_groove};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -29,8 +30,8 @@ fn run(small: &SmallScale, pairs: &[Pair], tolerance: f64, seed: u64) -> Effecti
 }
 
 fn random_pairs(count: usize, seed: u64) -> Vec<Pair> {
-    let mut random = Random(seed);
-    (0..count).map(|_| Pair { wi: random.upper(), wo: random.upper() }).collect()
+    let mut random = Random::from_state(seed);
+    (0..count).map(|_| Pair { wi: upper(&mut random), wo: upper(&mut random) }).collect()
 }
 
 /// Closed form of `fbar` for direct light in a symmetric Lambertian V-groove along y of any depth: of each wall the part below
@@ -78,9 +79,9 @@ fn a_v_groove_agrees_with_its_closed_form_within_its_standard_errors() {
         let small = covered(v_groove(DVec2::new(period, period), depth), lambert(0.9));
         let mut pairs = random_pairs(100, seed);
         // In the cross plane too, where light and viewer see the same shadow lines.
-        let mut random = Random(seed);
+        let mut random = Random::from_state(seed);
         pairs.extend((0..100).map(|_| {
-            let mut across = || direction(1.5 * (2.0 * random.next() - 1.0), 0.0);
+            let mut across = || direction(1.5 * (2.0 * random.unit() - 1.0), 0.0);
             Pair { wi: across(), wo: across() }
         }));
         let result = run(&small, &pairs, 0.002, seed);
@@ -273,12 +274,12 @@ fn tints_are_taken_where_the_ray_hits() {
 fn interreflections_conserve_energy_in_a_white_groove() {
     // A white V-groove under light from everywhere looks white from everywhere: the integral of fbar over wi is 1.
     let small = covered(v_groove(DVec2::ONE, 0.5), Brdf::Lambert { albedo: [1.0, 0.5, 0.0] });
-    let mut random = Random(12);
+    let mut random = Random::from_state(12);
     // wi by 16 x 16 strata, uniform in the projected solid angle: the integral of fbar is the mean of pi fbar / cos.
     let wo = direction(0.8, 0.4);
     let pairs: Vec<Pair> = (0..256)
         .map(|k| {
-            let (u, v) = ((f64::from(k % 16) + random.next()) / 16.0, (f64::from(k / 16) + random.next()) / 16.0);
+            let (u, v) = ((f64::from(k % 16) + random.unit()) / 16.0, (f64::from(k / 16) + random.unit()) / 16.0);
             Pair { wi: direction(u.sqrt().asin(), 2.0 * PI * v), wo }
         })
         .collect();

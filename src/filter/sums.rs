@@ -10,10 +10,9 @@
 
 use super::demand::Demand;
 use super::estimate::PairSums;
-use super::lobes::{Half, Lanes, Lobe, Shape, Side};
-use crate::brdf::Measured;
-use crate::facets::{Facets, Group, LANES, SETS};
-use crate::simd::{self, Kernel};
+use super::lobes::{Half, Lobe, Shape, Side, cosines, half_angles};
+use crate::facets::{Facets, Group, SETS};
+use crate::simd::{self, Kernel, LANES, Lanes};
 use crate::visibility::Bits;
 use glam::DVec3;
 use std::ops::Range;
@@ -43,31 +42,6 @@ pub const BLOCK_FACETS: usize = BLOCK;
 #[inline(always)]
 pub fn seen_cosine(facets: &Facets, chunk: usize, direction: DVec3, bits: &[u64]) -> Lanes {
     masked_cosine(facets, chunk, direction, seen(bits, chunk))
-}
-
-impl Lobe<'_> {
-    /// `fr (n·i)(n·o)` without the colour of a chunk of facets whose cosines are given: 0 where one of them is.
-    #[inline(always)]
-    pub fn chunk(&self, facets: &Facets, chunk: usize, i: (&Lanes, DVec3), o: (&Lanes, DVec3), half: &Half) -> Lanes {
-        let mut value = [0.0; LANES];
-        if let Some(measured) = self.whole {
-            let (wi, wo) = (i.1.as_vec3(), o.1.as_vec3());
-            for l in 0..LANES {
-                if i.0[l] > 0.0 && o.0[l] > 0.0 {
-                    let fr = measured.eval_f32(facets.normal_of(chunk + l), wi, wo);
-                    value[l] = (fr[0] + fr[1] + fr[2]) / 3.0 * i.0[l] * o.0[l];
-                }
-            }
-            return value;
-        }
-        let (sin2, cos2) = half_angles_narrow(facets, chunk, &[*half]);
-        let [shape] = self.shape.eval(&sin2, &cos2);
-        let (side_i, side_o) = (self.side.eval(i.0), self.side.eval(o.0));
-        for l in 0..LANES {
-            value[l] = if i.0[l] > 0.0 && o.0[l] > 0.0 { side_i[l] * side_o[l] * shape[l] } else { 0.0 };
-        }
-        value
-    }
 }
 
 /// Sums over the facets of `weight (n·w)+ V(w)` for one direction, a set each: `av/A` times the number of samples.
@@ -176,17 +150,20 @@ fn seen(bits: &[u64], chunk: usize) -> u32 {
 
 /// `n·w` where the facet is seen, else 0.
 #[inline(always)]
-#[expect(clippy::cast_possible_truncation, reason = "the sums are in f32")]
 fn masked_cosine(facets: &Facets, chunk: usize, direction: DVec3, mask: u32) -> Lanes {
-    let w = [direction.x as f32, direction.y as f32, direction.z as f32];
-    // Not by `map`, whose closure the compiler may leave out of line.
-    let n = [lanes(&facets.normal[0], chunk), lanes(&facets.normal[1], chunk), lanes(&facets.normal[2], chunk)];
-    let mut cosine = [0.0; LANES];
+    let mut cosine = cosines(&normals(facets, chunk), direction.as_vec3());
     for l in 0..LANES {
-        let c = (n[0][l] * w[0] + n[1][l] * w[1] + n[2][l] * w[2]).clamp(0.0, 1.0);
+        let c = cosine[l].clamp(0.0, 1.0);
         cosine[l] = if mask >> l & 1 == 1 { c } else { 0.0 };
     }
     cosine
+}
+
+/// The normals of a chunk.
+#[inline(always)]
+pub fn normals(facets: &Facets, chunk: usize) -> [Lanes; 3] {
+    // Not by `map`, whose closure the compiler may leave out of line.
+    [lanes(&facets.normal[0], chunk), lanes(&facets.normal[1], chunk), lanes(&facets.normal[2], chunk)]
 }
 
 impl Views {
@@ -264,8 +241,8 @@ impl Kernel for AddLobe<'_> {
     #[inline(always)]
     fn run(self) {
         let Self { facets, range, directions, pairs, lobe, views, sums } = self;
-        if let Some(measured) = lobe.whole {
-            return add_whole(facets, range, directions, pairs, lobe, measured, sums);
+        if lobe.whole.is_some() {
+            return add_whole(facets, range, directions, pairs, lobe, sums);
         }
         views.resize(directions.len());
         let channels = if facets.tint.is_some() { 3 } else { 1 };
@@ -347,23 +324,6 @@ fn half_angles_wide<const N: usize>(i: &Lanes, o: &[&Lanes; N], half: &[Half; N]
     (sin2, cos2)
 }
 
-/// `sin²` and `cos²` of the half angles from `n - h`, which does not cancel.
-#[inline(always)]
-fn half_angles_narrow<const N: usize>(facets: &Facets, chunk: usize, half: &[Half; N]) -> ([Lanes; N], [Lanes; N]) {
-    let n = [lanes(&facets.normal[0], chunk), lanes(&facets.normal[1], chunk), lanes(&facets.normal[2], chunk)];
-    let (mut sin2, mut cos2) = ([[0.0; LANES]; N], [[0.0; LANES]; N]);
-    for l in 0..LANES {
-        for p in 0..N {
-            let h = half[p].h;
-            let d = [n[0][l] - h[0], n[1][l] - h[1], n[2][l] - h[2]];
-            let d2 = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).min(2.0);
-            sin2[p][l] = d2 * (1.0 - 0.25 * d2);
-            cos2[p][l] = (1.0 - 0.5 * d2) * (1.0 - 0.5 * d2);
-        }
-    }
-    (sin2, cos2)
-}
-
 /// How the sums of `N` pairs with the same light grow by a chunk of facets.
 ///
 /// Pairs come by light, and neighbours see nearly the same: what the light sees is loaded once for two of them. Loops run over lanes outside and pairs inside: the other way round the compiler makes vectors of pairs.
@@ -436,7 +396,7 @@ impl Summand for Narrow<'_> {
 
     #[inline(always)]
     fn add<const N: usize>(&self, k: usize, i: View<'_>, o: &[View<'_>; N], half: &[Half; N], sums: &mut [Lanes; N]) {
-        let (sin2, cos2) = half_angles_narrow(self.facets, self.start + k * LANES, half);
+        let (sin2, cos2) = half_angles(&normals(self.facets, self.start + k * LANES), half);
         add_values(self.shape.eval(&sin2, &cos2), k, i, o, sums);
     }
 }
@@ -500,7 +460,7 @@ fn add_tinted(
         for k in CommonChunks(i.chunks & o.chunks) {
             let chunk = block.start + k * LANES;
             let (sin2, cos2) = if narrow {
-                half_angles_narrow(facets, chunk, &[pair.half])
+                half_angles(&normals(facets, chunk), &[pair.half])
             } else {
                 half_angles_wide(&i.cosine[k], &[&o.cosine[k]], &[pair.half])
             };
@@ -515,6 +475,36 @@ fn add_tinted(
     }
 }
 
+/// Facets that a light and a viewer both see, waiting for a table's values: a table costs much more than to gather them.
+#[derive(Default)]
+struct Waiting {
+    facets: [usize; LANES],
+    normals: [Lanes; 3],
+    count: usize,
+}
+
+impl Waiting {
+    fn push(&mut self, facets: &Facets, facet: usize) {
+        self.facets[self.count] = facet;
+        for (normals, all) in self.normals.iter_mut().zip(&facets.normal) {
+            normals[self.count] = all[facet];
+        }
+        self.count += 1;
+    }
+
+    /// Adds those that wait.
+    fn add(&mut self, facets: &Facets, pair: &TaskPair, lobe: &Lobe<'_>, sums: &mut PairSums) {
+        let values = lobe.table_values(&self.normals, pair.wi, pair.wo);
+        for (l, &f) in self.facets[..self.count].iter().enumerate() {
+            for c in 0..3 {
+                let tint = facets.tint.as_ref().map_or(1.0, |t| t[c][f]);
+                sums[f % SETS][c] += lobe.colour[c] * f64::from(tint * facets.weight[f] * values[c][l]);
+            }
+        }
+        self.count = 0;
+    }
+}
+
 /// Facet by facet, for tables, which do not split.
 fn add_whole(
     facets: &Facets,
@@ -522,25 +512,23 @@ fn add_whole(
     directions: &[(DVec3, &[u64])],
     pairs: &[TaskPair],
     lobe: &Lobe<'_>,
-    measured: &Measured,
     sums: &mut [PairSums],
 ) {
     for (pair, sums) in pairs.iter().zip(sums) {
         let (bi, bo) = (directions[pair.i].1, directions[pair.o].1);
-        let (wi, wo) = (pair.wi.as_vec3(), pair.wo.as_vec3());
+        let mut waiting = Waiting::default();
         for word in range.start / 64..range.end / 64 {
             let mut both = bi[word] & bo[word];
             while both != 0 {
-                let f = word * 64 + both.trailing_zeros() as usize;
+                waiting.push(facets, word * 64 + both.trailing_zeros() as usize);
                 both &= both - 1;
-                let n = facets.normal_of(f);
-                let fr = measured.eval_f32(n, wi, wo);
-                let factor = facets.weight[f] * n.dot(wi).max(0.0) * n.dot(wo).max(0.0);
-                for c in 0..3 {
-                    let tint = facets.tint.as_ref().map_or(1.0, |t| t[c][f]);
-                    sums[f % SETS][c] += lobe.colour[c] * f64::from(tint * factor * fr[c]);
+                if waiting.count == LANES {
+                    waiting.add(facets, pair, lobe, sums);
                 }
             }
+        }
+        if waiting.count > 0 {
+            waiting.add(facets, pair, lobe, sums);
         }
     }
 }

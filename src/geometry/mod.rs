@@ -10,7 +10,6 @@ pub mod height_field;
 pub mod mesh;
 pub mod params;
 pub mod pyramids;
-mod random;
 pub mod rods;
 mod template;
 #[cfg(test)]

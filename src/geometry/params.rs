@@ -197,8 +197,9 @@ impl<'t, 'a> Values<'t, 'a> {
     }
 }
 
-/// A number as TOML and people write it: `1.0`, `0.25`, `1e-6`, `1e9`.
+/// A number as TOML and people write it: `1.0`, `0.25`, `1e-6`, `1e9`; to twelve digits, which leaves out what products of decimals round.
 pub(super) fn written(value: f64) -> String {
+    let value: f64 = format!("{value:.11e}").parse().expect("a number that was written");
     if value != 0.0 && (value.abs() < 1e-3 || value.abs() >= 1e5) { format!("{value:e}") } else { format!("{value:?}") }
 }
 
@@ -238,7 +239,15 @@ impl Param {
     pub fn default_text(&self) -> String {
         match self.value {
             Value::Number { default: Fallback::Fixed(value), .. } => written(value),
-            Value::Number { default: Fallback::Scaled(by, factor), .. } => format!("{} {by}", written(factor)),
+            Value::Number { default: Fallback::Scaled(by, factor), .. } => {
+                let parts = (1.0 / factor).round();
+                // A third has no decimals that end.
+                if factor * 1e3 % 1.0 != 0.0 && factor * parts == 1.0 {
+                    format!("{by} / {parts}")
+                } else {
+                    format!("{} {by}", written(factor))
+                }
+            }
             Value::Number { default: Fallback::Derived { how, .. }, .. } => how.into(),
             Value::Pair { default: Some([x, y]), .. } => format!("[{}, {}]", written(x), written(y)),
             Value::Whole { default: Some(value), .. } => value.to_string(),

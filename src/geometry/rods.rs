@@ -6,8 +6,8 @@
 use super::Tile;
 use super::builder::TileBuilder;
 use super::params::{Param, Unit, Values, number, scaled, whole};
-use super::random::Uniform;
 use crate::error::Result;
+use crate::random::Random;
 use crate::toml_reader::range;
 use glam::{DMat3, DVec2, DVec3};
 use std::f64::consts::TAU;
@@ -86,7 +86,7 @@ impl Rods {
 
     /// Foot, direction (unit) and length of each rod.
     pub fn axes(&self) -> Vec<(DVec3, DVec3, f64)> {
-        let mut uniform = Uniform::new(self.seed);
+        let mut random = Random::new(u64::from(self.seed));
         let (lean_sin, lean_cos) = libm::sincos(self.lean);
         let (azimuth_sin, azimuth_cos) = libm::sincos(self.lean_azimuth);
         // Turns z to the mean direction about the horizontal axis across it.
@@ -104,7 +104,7 @@ impl Rods {
             let in_row = columns.min(self.count - row * columns);
             let grid = DVec2::new((f64::from(k % columns) + 0.5) / f64::from(in_row), (f64::from(row) + 0.5) / f64::from(rows));
             // All five are drawn for every rod, so that changing one parameter moves nothing else.
-            let [x, y, tilt, turn, stretch]: [f64; 5] = std::array::from_fn(|_| uniform.next());
+            let [x, y, tilt, turn, stretch]: [f64; 5] = std::array::from_fn(|_| random.unit());
             let shift = self.randomness * (DVec2::new(x, y) - grid);
             let (tilt_sin, tilt_cos) = libm::sincos(self.spread * tilt.sqrt());
             let (turn_sin, turn_cos) = libm::sincos(TAU * turn);

@@ -145,14 +145,9 @@ fn distinct(pairs: &[[u32; 2]], reciprocal: bool) -> usize {
     sorted.len()
 }
 
-/// Whether `S(wi,wo) = S(wo,wi)`: tables of measurements need not be.
-fn is_reciprocal(small: &SmallScale) -> bool {
-    !small.surfaces.iter().any(|s| matches!(s.brdf, crate::brdf::Brdf::Measured(_)))
-}
-
 /// Values of all pairs of nodes of a full table with as many rings as this one.
 pub fn full_table(small: &SmallScale, rings: usize) -> usize {
-    value_count(rings, is_reciprocal(small))
+    value_count(rings, small.is_reciprocal())
 }
 
 impl Plan {
@@ -269,7 +264,7 @@ impl Table {
         let place: FxHashMap<u64, u32> = (0_u32..).zip(&wanted).map(|(at, &pair)| (pair, at)).collect();
         let corners: Vec<[u32; 9]> = keys.par_iter().map(|&key| corners(key).map(|pair| place[&pair])).collect();
         let ordered: Vec<[u32; 2]> = wanted.iter().map(|&p| halves(p)).collect();
-        let pairs = distinct(&ordered, is_reciprocal(small));
+        let pairs = distinct(&ordered, small.is_reciprocal());
         let repeated = Quality { plan: Some(plan.summary.plan.clone()), ..quality.clone() };
         let mut filled = Vec::with_capacity(ordered.len());
         let nodes = stand_ins(&grid);

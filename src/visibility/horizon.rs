@@ -203,8 +203,9 @@ impl Horizon {
 #[cfg(test)]
 mod tests {
     use super::super::rays::{Occlusion, PeriodicBvh};
-    use super::super::test_tiles::{Random, flat, height_field, point, rough, v_groove};
+    use super::super::test_tiles::{flat, height_field, point, rough, v_groove};
     use super::*;
+    use crate::random::Random;
     use std::f64::consts::TAU;
 
     /// Compares horizon and rays at random points, azimuths and elevations.
@@ -214,12 +215,12 @@ mod tests {
     fn compare(tile: &Tile, count: usize, seed: u64, azimuth: impl Fn(f64) -> (f64, f64)) -> f64 {
         let horizon = Horizon::new(tile).unwrap();
         let bvh = PeriodicBvh::new(tile).unwrap();
-        let mut random = Random(seed);
+        let mut random = Random::from_state(seed);
         let (mut all, mut blocked, mut close, mut differ) = (0.0, 0.0, 0, 0);
         for _ in 0..count {
-            let triangle = (random.next() * tile.triangles.len() as f64) as usize;
-            let origin = point(tile, triangle, random.next(), random.next());
-            let (cos, sin) = azimuth(random.next());
+            let triangle = (random.unit() * tile.triangles.len() as f64) as usize;
+            let origin = point(tile, triangle, random.unit(), random.unit());
+            let (cos, sin) = azimuth(random.unit());
             let slope = horizon.slope(origin, (cos, sin));
             let [a, b, c] = tile.corners(triangle);
             for factor in [0.3, 0.9, 0.999, 1.0 - 1e-9, 1.0 + 1e-9, 1.001, 1.1, 3.0] {
@@ -267,8 +268,8 @@ mod tests {
     #[test]
     fn a_grid_that_is_no_multiple_of_the_blocks_and_one_of_a_single_row_agree_with_rays_too() {
         for (columns, rows) in [(17, 3), (8, 1), (1, 9), (1, 1), (2, 2), (40, 7)] {
-            let mut random = Random(7);
-            let heights: Vec<f64> = (0..columns * rows).map(|_| random.next()).collect();
+            let mut random = Random::from_state(7);
+            let heights: Vec<f64> = (0..columns * rows).map(|_| random.unit()).collect();
             let tile = height_field(DVec2::new(1.0, 0.8), columns, rows, |i, j| heights[j * columns + i]);
             compare(&tile, 2_000, 8, any);
         }

@@ -1,5 +1,6 @@
-use super::super::test_tiles::{Random, direction, extruded, flat, height_field, point, rough, soup, tile, v_groove};
+use super::super::test_tiles::{direction, extruded, flat, height_field, point, rough, soup, tile, upper, v_groove};
 use super::*;
+use crate::random::Random;
 use glam::DVec2;
 use std::f64::consts::PI;
 
@@ -45,13 +46,13 @@ fn rays_agree_with_trying_every_translate_of_every_triangle() {
     {
         let tile = soup(period, height, 40, seed);
         let bvh = PeriodicBvh::new(&tile).unwrap();
-        let mut random = Random(seed);
+        let mut random = Random::from_state(seed);
         let mut found = 0;
         for _ in 0..3_000 {
-            let triangle = (random.next() * 40.0) as usize;
-            let origin = point(&tile, triangle, random.next(), random.next());
-            let slant = direction(random.next() * 1.5, random.next() * 2.0 * PI) * period.extend(height);
-            let w = if random.next() < 0.3 { -slant } else { slant }.normalize();
+            let triangle = (random.unit() * 40.0) as usize;
+            let origin = point(&tile, triangle, random.unit(), random.unit());
+            let slant = direction(random.unit() * 1.5, random.unit() * 2.0 * PI) * period.extend(height);
+            let w = if random.unit() < 0.3 { -slant } else { slant }.normalize();
             let expected = brute_force(&tile, origin, w, triangle);
             let blocked = bvh.occluded(triangle, origin, w);
             let wanted = if expected.is_some() { Occlusion::Blocked } else { Occlusion::Free };
@@ -79,12 +80,12 @@ fn a_flat_plane_blocks_nothing_and_is_hit_from_any_elevation() {
     for (period, height) in [(DVec2::ONE, 0.0), (DVec2::new(1e-6, 1e6), -3.0), (DVec2::splat(1e6), 1e6)] {
         let tile = flat(period, height);
         let bvh = PeriodicBvh::new(&tile).unwrap();
-        let mut random = Random(5);
+        let mut random = Random::from_state(5);
         for elevation in [90.0, 45.0, 1.0, 0.01, 1e-3, 1e-6_f64] {
             for _ in 0..100 {
-                let w = direction((90.0 - elevation).to_radians(), random.next() * 2.0 * PI);
-                let triangle = usize::from(random.next() < 0.5);
-                let origin = point(&tile, triangle, random.next(), random.next());
+                let w = direction((90.0 - elevation).to_radians(), random.unit() * 2.0 * PI);
+                let triangle = usize::from(random.unit() < 0.5);
+                let origin = point(&tile, triangle, random.unit(), random.unit());
                 assert_eq!(bvh.occluded(triangle, origin, w), Occlusion::Free, "{elevation} degrees over {period} at {height}");
                 // Aimed at a place on the plane, from a height that it passes within one period.
                 let start = origin + w * period.min_element();
@@ -101,12 +102,12 @@ fn no_ray_passes_through_the_seams_of_a_closed_surface() {
     // Rays aimed exactly at vertices and edges, from above and from below.
     let tile = rough(DVec2::new(1.0, 1.5), 12, 0.3, 6);
     let bvh = PeriodicBvh::new(&tile).unwrap();
-    let mut random = Random(7);
+    let mut random = Random::from_state(7);
     for _ in 0..20_000 {
-        let triangle = (random.next() * tile.triangles.len() as f64) as usize;
+        let triangle = (random.unit() * tile.triangles.len() as f64) as usize;
         let [p, q, _] = tile.corners(triangle);
-        let at = if random.next() < 0.3 { p } else { p.lerp(q, random.next()) };
-        let w = random.upper().with_z(0.2 + random.next()).normalize();
+        let at = if random.unit() < 0.3 { p } else { p.lerp(q, random.unit()) };
+        let w = upper(&mut random).with_z(0.2 + random.unit()).normalize();
         let hit = bvh.closest(at + 3.0 * w, -w, None).expect("nothing passes");
         assert!(hit.front, "the back is seen from above at {at}");
         // From below, a front face that meets a back face exactly where the ray does wins.
@@ -119,13 +120,13 @@ fn a_v_groove_is_shadowed_where_geometry_says_at_any_aspect_ratio() {
     for (width, depth) in [(1.0, 0.5), (1e-6, 1e-6), (1e6, 3e5), (1.0, 1e-6), (1.0, 1e3), (1e6, 1.0)] {
         let tile = v_groove(DVec2::new(width, 0.7 * width), depth);
         let bvh = PeriodicBvh::new(&tile).unwrap();
-        let mut random = Random(8);
+        let mut random = Random::from_state(8);
         for _ in 0..4_000 {
             // The left wall falls from x = 0; the light comes over its ridge or from the right.
-            let triangle = usize::from(random.next() < 0.5);
-            let origin = point(&tile, triangle, random.next(), random.next());
-            let slope = (random.next() - 0.5) * 8.0;
-            let w = DVec3::new(slope * width, (random.next() - 0.5) * width, 2.0 * depth).normalize();
+            let triangle = usize::from(random.unit() < 0.5);
+            let origin = point(&tile, triangle, random.unit(), random.unit());
+            let slope = (random.unit() - 0.5) * 8.0;
+            let w = DVec3::new(slope * width, (random.unit() - 0.5) * width, 2.0 * depth).normalize();
             // Over the ridge at x = 0 and over the one at x = width.
             let steepness = w.z / w.x.abs();
             let clearance = if w.x < 0.0 { steepness - (-origin.z) / origin.x } else { steepness - (-origin.z) / (width - origin.x) };
@@ -190,18 +191,18 @@ fn a_ray_that_never_leaves_is_given_up() {
 fn a_vertical_wall_on_the_border_of_the_cell_blocks_from_both_sides() {
     let tile = extruded(DVec2::ONE, &[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 0.0)]);
     let bvh = PeriodicBvh::new(&tile).unwrap();
-    let mut random = Random(9);
+    let mut random = Random::from_state(9);
     for _ in 0..1_000 {
-        let origin = DVec3::new(random.next(), random.next(), 0.0);
-        let rise = random.next() * 0.9;
-        let right = DVec3::new(1.0 - origin.x, random.next(), rise);
+        let origin = DVec3::new(random.unit(), random.unit(), 0.0);
+        let rise = random.unit() * 0.9;
+        let right = DVec3::new(1.0 - origin.x, random.unit(), rise);
         assert_eq!(bvh.occluded(0, origin, right), Occlusion::Blocked, "from {origin} to the right");
-        let left = DVec3::new(-origin.x, random.next(), rise.max(origin.x));
+        let left = DVec3::new(-origin.x, random.unit(), rise.max(origin.x));
         assert_eq!(bvh.occluded(0, origin, left), Occlusion::Blocked, "from {origin} to the left");
         // From the wall itself over the next slope, and back under its own.
-        let origin = DVec3::new(1.0, random.next(), 0.5 + 0.5 * random.next());
-        assert_eq!(bvh.occluded(2, origin, DVec3::new(1.0, random.next(), 1.1)), Occlusion::Free, "from the wall at {origin}");
-        assert_eq!(bvh.occluded(2, origin, DVec3::new(-1.0, random.next(), 1.1)), Occlusion::Blocked, "back from {origin}");
+        let origin = DVec3::new(1.0, random.unit(), 0.5 + 0.5 * random.unit());
+        assert_eq!(bvh.occluded(2, origin, DVec3::new(1.0, random.unit(), 1.1)), Occlusion::Free, "from the wall at {origin}");
+        assert_eq!(bvh.occluded(2, origin, DVec3::new(-1.0, random.unit(), 1.1)), Occlusion::Blocked, "back from {origin}");
     }
 }
 
@@ -212,12 +213,12 @@ fn faces_in_the_plane_of_the_origin_do_not_block_it_even_at_grazing_angles() {
     let twice: Vec<_> = tile.triangles.iter().flat_map(|&[a, b, c]| [[a, b, c], [a, b, c], [a, c, b]]).collect();
     tile.triangles = twice;
     let bvh = PeriodicBvh::new(&tile).unwrap();
-    let mut random = Random(10);
+    let mut random = Random::from_state(10);
     let flat_top: Vec<usize> = (0..tile.triangles.len()).filter(|&t| tile.corners(t).iter().all(|p| p.z == 0.0)).collect();
     for _ in 0..20_000 {
-        let triangle = flat_top[(random.next() * flat_top.len() as f64) as usize];
-        let origin = point(&tile, triangle, random.next(), random.next());
-        let w = direction(PI / 2.0 - 10.0_f64.powf(-6.0 * random.next()), random.next() * 2.0 * PI);
+        let triangle = flat_top[(random.unit() * flat_top.len() as f64) as usize];
+        let origin = point(&tile, triangle, random.unit(), random.unit());
+        let w = direction(PI / 2.0 - 10.0_f64.powf(-6.0 * random.unit()), random.unit() * 2.0 * PI);
         assert_eq!(bvh.occluded(triangle, origin, w), Occlusion::Free, "from {origin} to {w}");
         let hit = bvh.closest(origin + w, -w, None).expect("the way back");
         assert!(hit.front, "of two faces in one place the front one is seen");
@@ -229,13 +230,13 @@ fn a_point_whose_face_continues_in_the_next_cell_is_not_blocked_by_it() {
     // One inclined plane cut at the border, origins on and near the border.
     let tile = extruded(DVec2::ONE, &[(0.5, 0.0), (1.5, 0.4), (1.5, 0.0)]);
     let bvh = PeriodicBvh::new(&tile).unwrap();
-    let mut random = Random(11);
+    let mut random = Random::from_state(11);
     for x in [1.0, 1.0 - 1e-16, 1.0 + 1e-15, 1.0 - 1e-12, 1.0 - 1e-9, 1.0 + 1e-7] {
         for _ in 0..1_000 {
-            let origin = DVec3::new(x, random.next(), 0.4 * (x - 0.5));
-            let triangle = usize::from(random.next() < 0.5);
-            let lift = 10.0_f64.powf(-4.0 * random.next());
-            let w = DVec3::new(1.0, random.next() - 0.5, 0.4 + lift);
+            let origin = DVec3::new(x, random.unit(), 0.4 * (x - 0.5));
+            let triangle = usize::from(random.unit() < 0.5);
+            let lift = 10.0_f64.powf(-4.0 * random.unit());
+            let w = DVec3::new(1.0, random.unit() - 0.5, 0.4 + lift);
             assert_eq!(bvh.occluded(triangle, origin, w), Occlusion::Free, "from {origin} to {w}");
         }
     }

@@ -1,24 +1,12 @@
 //! Small surfaces that the tests of this crate share.
 
 use crate::geometry::{HeightGrid, Tile};
+use crate::random::Random;
 use glam::{DVec2, DVec3};
 
-/// Splitmix64 (Steele, Lea, Flood 2014): numbers in [0, 1) for tests.
-pub(crate) struct Random(pub u64);
-
-impl Random {
-    pub(crate) fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (z ^ (z >> 31)) as f64 / 2.0_f64.powi(64)
-    }
-
-    /// Uniform in solid angle over the upper hemisphere.
-    pub(crate) fn upper(&mut self) -> DVec3 {
-        direction(self.next().acos(), self.next() * std::f64::consts::TAU)
-    }
+/// Uniform in solid angle over the upper hemisphere.
+pub(crate) fn upper(random: &mut Random) -> DVec3 {
+    direction(random.unit().acos(), random.unit() * std::f64::consts::TAU)
 }
 
 /// Unit vector at `theta` from z and azimuth `phi`, radians.
@@ -77,20 +65,20 @@ pub(crate) fn height_field(period: DVec2, columns: usize, rows: usize, height: i
 
 /// A rough height field with heights in `0..=amplitude`.
 pub(crate) fn rough(period: DVec2, nodes: usize, amplitude: f64, seed: u64) -> Tile {
-    let mut random = Random(seed);
-    let heights: Vec<f64> = (0..nodes * nodes).map(|_| random.next() * amplitude).collect();
+    let mut random = Random::from_state(seed);
+    let heights: Vec<f64> = (0..nodes * nodes).map(|_| random.unit() * amplitude).collect();
     height_field(period, nodes, nodes, |i, j| heights[j * nodes + i])
 }
 
 /// Random triangles, some of which reach over several periods.
 pub(crate) fn soup(period: DVec2, height: f64, count: u32, seed: u64) -> Tile {
-    let mut random = Random(seed);
+    let mut random = Random::from_state(seed);
     let mut vertices = Vec::new();
     for _ in 0..count {
-        let centre = DVec3::new(3.0 * random.next() - 1.0, 3.0 * random.next() - 1.0, random.next());
-        let size = if random.next() < 0.2 { 2.0 } else { 0.3 };
+        let centre = DVec3::new(3.0 * random.unit() - 1.0, 3.0 * random.unit() - 1.0, random.unit());
+        let size = if random.unit() < 0.2 { 2.0 } else { 0.3 };
         for _ in 0..3 {
-            let offset = DVec3::new(random.next() - 0.5, random.next() - 0.5, random.next() - 0.5) * size;
+            let offset = DVec3::new(random.unit() - 0.5, random.unit() - 0.5, random.unit() - 0.5) * size;
             vertices.push((centre + offset) * period.extend(height));
         }
     }

@@ -1,7 +1,7 @@
 //! Surfaces that other programs were measured on.
 
+use biscale::random::Random;
 use biscale_fabricate::mesh::Triangles;
-use biscale_fabricate::random::Random;
 use glam::DVec3;
 
 /// Pyramids of four sides on `n` x `n` cells, without a bottom.

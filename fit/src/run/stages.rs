@@ -204,7 +204,7 @@ pub(super) fn model_of<'m>(
 ) -> Result<Model<'m>> {
     let spec = prepared.spec;
     #[expect(clippy::cast_possible_truncation, reason = "all of the seed is used")]
-    let seed = biscale::low_discrepancy::hash_64(options.seed ^ (start.number as u64) << 32) as u32;
+    let seed = biscale::random::hash_64(options.seed ^ (start.number as u64) << 32) as u32;
     let close_up = prepared.close_up.as_ref();
     let at = |values: &[f64]| Model::new(spec, cells, close_up, variant, indirect, samples, seed, values, prepared.opaque, control);
     let own: Vec<f64> = spec.parameters.iter().map(|p| p.start).collect();

@@ -24,30 +24,45 @@ pub(super) struct HalfDifference<F> {
     pub d: [F; 2],
 }
 
-/// Half and difference vectors for unit `n`, `i`, `o`.
-#[inline(always)]
-pub(super) fn half_difference<F: Real>(n: [F; 3], i: [F; 3], o: [F; 3]) -> HalfDifference<F> {
-    let half = F::of(0.5);
-    let sum = combine(i, half, o, half);
-    let difference = combine(i, half, o, -half);
-    let cos_d = dot(sum, sum).sqrt();
-    let sin_d = dot(difference, difference).sqrt();
-    // Directions that are exactly opposite in the plane of the facet: the half vector is the normal.
-    let h = if cos_d > F::of(0.0) { sum.map(|x| x / cos_d) } else { n };
-    // From h - n and not from h, which keeps the digits of small angles: 1 - n.h = |h - n|²/2, and the tangent of the circle
-    // from n to h is h cos - n = (h - n) - h (1 - cos).
-    let step = combine(h, F::of(1.0), n, F::of(-1.0));
-    let versine = half * dot(step, step);
-    let tangent = combine(step, F::of(1.0), h, -versine);
-    let sin_h = dot(tangent, tangent).sqrt();
-    let d = if sin_h > F::of(MIN_SIN) {
+/// What a pair of directions is, whatever the normal.
+#[derive(Clone, Copy)]
+pub(super) struct Halfway<F> {
+    /// The unit half vector; `None` for exactly opposite directions, which lie in the plane of the facet: it is the normal there.
+    h: Option<[F; 3]>,
+    /// Half the difference of the directions.
+    difference: [F; 3],
+    cos_d: F,
+    sin_d: F,
+}
+
+impl<F: Real> Halfway<F> {
+    /// Of unit `i` and `o`.
+    #[inline(always)]
+    pub fn new(i: [F; 3], o: [F; 3]) -> Self {
+        let half = F::of(0.5);
+        let sum = combine(i, half, o, half);
+        let difference = combine(i, half, o, -half);
+        let cos_d = dot(sum, sum).sqrt();
+        let h = (cos_d > F::of(0.0)).then(|| sum.map(|x| x / cos_d));
+        Self { h, difference, cos_d, sin_d: dot(difference, difference).sqrt() }
+    }
+
+    /// Half and difference vectors about the unit normal `n`. No branch depends on `n`: many normals make vector code.
+    #[inline(always)]
+    pub fn about(&self, n: [F; 3]) -> HalfDifference<F> {
+        let (h, difference) = (self.h.unwrap_or(n), self.difference);
+        // From h - n and not from h, which keeps the digits of small angles: 1 - n.h = |h - n|²/2, and the tangent of the circle
+        // from n to h is h cos - n = (h - n) - h (1 - cos).
+        let step = combine(h, F::of(1.0), n, F::of(-1.0));
+        let versine = F::of(0.5) * dot(step, step);
+        let tangent = combine(step, F::of(1.0), h, -versine);
+        let sin_h = dot(tangent, tangent).sqrt();
+        let tilted = sin_h > F::of(MIN_SIN);
         let (x, y) = (dot(tangent, difference), dot(cross(n, step), difference));
-        let scale = F::select(y < F::of(0.0), F::of(-1.0), F::of(1.0)) / sin_h;
-        [x * scale, y * scale]
-    } else {
-        [sin_d, F::of(0.0)]
-    };
-    HalfDifference { cos_h: F::of(1.0) - versine, sin_h, versine_h: versine, cos_d, sin_d, d }
+        let scale = F::select(y < F::of(0.0), F::of(-1.0), F::of(1.0)) / F::select(tilted, sin_h, F::of(1.0));
+        let d = [F::select(tilted, x * scale, self.sin_d), F::select(tilted, y * scale, F::of(0.0))];
+        HalfDifference { cos_h: F::of(1.0) - versine, sin_h, versine_h: versine, cos_d: self.cos_d, sin_d: self.sin_d, d }
+    }
 }
 
 /// `fr` in 1/sr of a MERL table: trilinear, φd periodic, clamped at the last nodes of θh and θd.

@@ -9,14 +9,15 @@
 //! error first order in the spacing. With 181 x 181 x 91 nodes (36 MB) and interpolated `y`, one direction in a hundred is still
 //! off by .09 to 1 % (`merl_fits/table_error.py`), and such a table does not fit the cache.
 
-use super::half_angle::HalfDifference;
+use super::half_angle::{HalfDifference, Halfway};
 use super::real::Real;
 use crate::error::BadInput;
+use crate::simd::{Kernel, LANES, Lanes};
 
 /// Units of the two hidden layers.
 const UNITS: usize = 21;
-/// `UNITS` rounded up to whole vectors of up to 16 lanes; the rest stays 0.
-const LANES: usize = 32;
+/// `UNITS` rounded up to whole vectors; the rest stays 0.
+const PADDED: usize = 32;
 /// Numbers of a network as it is shipped: 6 x 21 + 21, 21 x 21 + 21, 21 x 3 + 3.
 const NUMBERS: usize = 6 * UNITS + UNITS + UNITS * UNITS + UNITS + UNITS * 3 + 3;
 /// Within this share of sin θd of the plane of incidence, φd counts as in the plane: there it changes sides by rounding.
@@ -36,12 +37,12 @@ pub fn fit_names() -> impl Iterator<Item = &'static str> {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Network {
     /// The second input is always 0 and has no row.
-    w1: [[f32; LANES]; 5],
-    b1: [f32; LANES],
-    w2: [[f32; LANES]; UNITS],
-    b2: [f32; LANES],
+    w1: [[f32; PADDED]; 5],
+    b1: [f32; PADDED],
+    w2: [[f32; PADDED]; UNITS],
+    b2: [f32; PADDED],
     /// By output, then by unit.
-    w3: [[f32; LANES]; 3],
+    w3: [[f32; PADDED]; 3],
     b3: [f32; 3],
 }
 
@@ -68,31 +69,84 @@ impl Network {
     }
 
     /// `fr` in 1/sr, plainly.
-    pub fn eval<F: Real>(&self, angles: &HalfDifference<F>) -> [F; 3] {
-        let forward = |sum: &mut [F; LANES], weights: &[f32; LANES], input: F| {
-            for (sum, &w) in sum.iter_mut().zip(weights) {
-                *sum = *sum + F::from(w) * input;
-            }
-        };
-        let mut first = self.b1.map(F::from);
+    #[inline(always)]
+    fn eval<F: Real>(&self, angles: &HalfDifference<F>) -> [F; 3] {
+        let (mut first, mut second) = ([F::of(0.0); PADDED], [F::of(0.0); PADDED]);
+        for unit in 0..PADDED {
+            (first[unit], second[unit]) = (F::from(self.b1[unit]), F::from(self.b2[unit]));
+        }
         for (row, input) in self.w1.iter().zip(inputs(angles)) {
             forward(&mut first, row, input);
         }
-        let mut second = self.b2.map(F::from);
         for (row, unit) in self.w2.iter().zip(first) {
             forward(&mut second, row, unit.max(F::of(0.0)));
         }
-        std::array::from_fn(|c| {
-            let sum = second.iter().zip(&self.w3[c]).fold(F::from(self.b3[c]), |sum, (&unit, &w)| sum + F::from(w) * unit.max(F::of(0.0)));
-            output(sum)
-        })
+        let mut values = [F::of(0.0); 3];
+        for (c, value) in values.iter_mut().enumerate() {
+            let mut sum = F::from(self.b3[c]);
+            for unit in 0..UNITS {
+                sum = sum + F::from(self.w3[c][unit]) * second[unit].max(F::of(0.0));
+            }
+            *value = output(sum);
+        }
+        values
     }
 
-    /// [`Network::eval`] in `f32` on the widest vectors of the machine.
-    #[inline]
-    pub fn eval_f32(&self, angles: &HalfDifference<f32>) -> [f32; 3] {
-        let [r, g, b] = pulp::Arch::new().dispatch(Forward { network: self, inputs: inputs(angles) });
-        [output(r), output(g), output(b)]
+    /// [`Network::eval`] in `f32` for [`LANES`] normals at once, by channel.
+    #[inline(always)]
+    pub fn eval_lanes<S: pulp::Simd>(&self, simd: S, normals: &[Lanes; 3], i: [f32; 3], o: [f32; 3]) -> [Lanes; 3] {
+        let pair = Halfway::new(i, o);
+        let mut seen = [[0.0; LANES]; 5];
+        for l in 0..LANES {
+            let [a, b, c, d, e] = inputs(&pair.about([normals[0][l], normals[1][l], normals[2][l]]));
+            (seen[0][l], seen[1][l], seen[2][l], seen[3][l], seen[4][l]) = (a, b, c, d, e);
+        }
+        let mut sums = [[0.0; LANES]; 3];
+        for v in 0..LANES / S::F32_LANES {
+            let vector = |lanes: &Lanes| S::as_simd_f32s(lanes).0[v];
+            let zero = simd.splat_f32s(0.0);
+            let add = |sum: S::f32s, weight: f32, input: S::f32s| simd.mul_add_e_f32s(simd.splat_f32s(weight), input, sum);
+            let seen = [vector(&seen[0]), vector(&seen[1]), vector(&seen[2]), vector(&seen[3]), vector(&seen[4])];
+            let mut first = [zero; UNITS];
+            for unit in 0..UNITS {
+                let mut sum = simd.splat_f32s(self.b1[unit]);
+                for input in 0..5 {
+                    sum = add(sum, self.w1[input][unit], seen[input]);
+                }
+                first[unit] = simd.max_f32s(sum, zero);
+            }
+            let mut last = [simd.splat_f32s(self.b3[0]), simd.splat_f32s(self.b3[1]), simd.splat_f32s(self.b3[2])];
+            for unit in 0..UNITS {
+                // Two sums, even and odd units: one alone waits for its additions.
+                let (mut even, mut odd) = (simd.splat_f32s(self.b2[unit]), zero);
+                for pair in 0..UNITS / 2 {
+                    even = add(even, self.w2[2 * pair][unit], first[2 * pair]);
+                    odd = add(odd, self.w2[2 * pair + 1][unit], first[2 * pair + 1]);
+                }
+                even = add(even, self.w2[UNITS - 1][unit], first[UNITS - 1]);
+                let second = simd.max_f32s(simd.add_f32s(even, odd), zero);
+                for c in 0..3 {
+                    last[c] = add(last[c], self.w3[c][unit], second);
+                }
+            }
+            for c in 0..3 {
+                S::as_mut_simd_f32s(&mut sums[c]).0[v] = last[c];
+            }
+        }
+        for sums in &mut sums {
+            for sum in sums {
+                *sum = output(*sum);
+            }
+        }
+        sums
+    }
+}
+
+/// Adds one input to the sums of a layer.
+#[inline(always)]
+fn forward<F: Real>(sums: &mut [F; PADDED], weights: &[f32; PADDED], input: F) {
+    for (sum, &w) in sums.iter_mut().zip(weights) {
+        *sum = *sum + F::from(w) * input;
     }
 }
 
@@ -110,45 +164,18 @@ fn output<F: Real>(sum: F) -> F {
     sum.max(F::of(0.0)).min(F::of(MAX_LOG)).exp_m1()
 }
 
-/// The sums of the last layer, by vectors of units.
-struct Forward<'a> {
-    network: &'a Network,
-    inputs: [f32; 5],
+/// [`Network::eval`] in `f64`, for the machine's vectors.
+pub(super) struct Plain<'a> {
+    pub network: &'a Network,
+    pub angles: HalfDifference<f64>,
 }
 
-impl pulp::WithSimd for Forward<'_> {
-    type Output = [f32; 3];
+impl Kernel for Plain<'_> {
+    type Output = [f64; 3];
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, simd: S) -> [f32; 3] {
-        const { assert!(LANES.is_multiple_of(S::F32_LANES), "a row of weights is whole vectors") };
-        let Network { w1, b1, w2, b2, w3, b3 } = self.network;
-        let vectors = |row: &[f32; LANES], v: usize| S::as_simd_f32s(row).0[v];
-        let zero = simd.splat_f32s(0.0);
-        let mut first = [0.0; LANES];
-        for (v, unit) in S::as_mut_simd_f32s(&mut first).0.iter_mut().enumerate() {
-            let mut sum = vectors(b1, v);
-            for (row, &input) in w1.iter().zip(&self.inputs) {
-                sum = simd.mul_add_e_f32s(simd.splat_f32s(input), vectors(row, v), sum);
-            }
-            *unit = simd.max_f32s(sum, zero);
-        }
-        let mut last = [zero; 3];
-        for v in 0..LANES / S::F32_LANES {
-            // Two sums, even and odd units: one alone waits for its additions.
-            let (mut even, mut odd) = (vectors(b2, v), zero);
-            for (rows, units) in w2.chunks_exact(2).zip(first.chunks_exact(2)) {
-                even = simd.mul_add_e_f32s(simd.splat_f32s(units[0]), vectors(&rows[0], v), even);
-                odd = simd.mul_add_e_f32s(simd.splat_f32s(units[1]), vectors(&rows[1], v), odd);
-            }
-            even = simd.mul_add_e_f32s(simd.splat_f32s(first[UNITS - 1]), vectors(&w2[UNITS - 1], v), even);
-            let second = simd.max_f32s(simd.add_f32s(even, odd), zero);
-            for (last, row) in last.iter_mut().zip(w3) {
-                *last = simd.mul_add_e_f32s(second, vectors(row, v), *last);
-            }
-        }
-        let [r, g, b] = last;
-        [simd.reduce_sum_f32s(r) + b3[0], simd.reduce_sum_f32s(g) + b3[1], simd.reduce_sum_f32s(b) + b3[2]]
+    fn run(self) -> [f64; 3] {
+        self.network.eval(&self.angles)
     }
 }
 

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 /// First bytes of a file: the format and its version.
-const MAGIC: &[u8; 12] = b"biscale-m\0\0\x01";
+const MAGIC: &[u8; 12] = b"biscale-m\0\0\x02";
 /// Ending of a file's name.
 const ENDING: &str = "m";
 /// Bytes of a hash.

@@ -179,16 +179,12 @@ struct Probes {
 
 impl Probes {
     fn new(small: &SmallScale, list: &[Pair]) -> Self {
-        let chosen = if list.len() <= PROBES { list.to_vec() } else { part_of(list, &Demand::new(list, is_reciprocal(small)), PROBES) };
+        let chosen = if list.len() <= PROBES { list.to_vec() } else { part_of(list, &Demand::new(list, small.is_reciprocal()), PROBES) };
         let key = |p: &Pair| [p.wi, p.wo].map(|w| w.to_array().map(f64::to_bits));
         let first: FxHashMap<_, usize> = list.iter().enumerate().rev().map(|(k, p)| (key(p), k)).collect();
         let places = chosen.iter().map(|p| first[&key(p)]).collect();
         Self { demand: Demand::new(&chosen, false), pairs: chosen, places }
     }
-}
-
-fn is_reciprocal(small: &SmallScale) -> bool {
-    small.surfaces.iter().all(|s| s.brdf.is_reciprocal())
 }
 
 impl Run<'_> {
@@ -415,7 +411,7 @@ impl Run<'_> {
     /// Improved: the rows are the wanted pairs themselves.
     fn by_pairs(&mut self, plan: &Plan, side: usize, list: &[Pair]) -> Result<Raw> {
         let facets = self.facets(plan);
-        let demand = Demand::new(list, is_reciprocal(self.small));
+        let demand = Demand::new(list, self.small.is_reciprocal());
         let seen = self.see(facets, &demand.directions)?;
         let map = Map::sphere(self.choices.projection, side);
         let mut s_of_pair = vec![[0.0; 3]; demand.pairs.len()];
@@ -471,14 +467,18 @@ impl Run<'_> {
         };
         // Three rows a pair: one a channel.
         let write_m = |rows: Range<usize>, out: &mut [f64]| {
-            out.fill(0.0);
+            let (mut of_pair, mut values) = (None, vec![[0.0; 3]; count]);
             for (k, row) in rows.zip(out.chunks_exact_mut(count.max(1))) {
-                let [wi, wo] = pairs[k / 3].map(|d| demand.directions[d as usize]);
-                for ((x, &n), scale) in row.iter_mut().zip(&bins.normals).zip(&scale) {
-                    let (ci, co) = (n.dot(wi), n.dot(wo));
-                    if ci > 0.0 && co > 0.0 {
-                        *x = surface.brdf.eval(n, wi, wo)[k % 3] * ci * co * scale;
+                if of_pair != Some(k / 3) {
+                    of_pair = Some(k / 3);
+                    let [wi, wo] = pairs[k / 3].map(|d| demand.directions[d as usize]);
+                    for (value, &n) in values.iter_mut().zip(&bins.normals) {
+                        let factor = n.dot(wi).max(0.0) * n.dot(wo).max(0.0);
+                        *value = if factor > 0.0 { surface.brdf.eval(n, wi, wo).map(|fr| fr * factor) } else { [0.0; 3] };
                     }
+                }
+                for ((x, value), scale) in row.iter_mut().zip(&values).zip(&scale) {
+                    *x = value[k % 3] * scale;
                 }
             }
         };

@@ -77,8 +77,7 @@ impl Precomputed {
         let colour = principal_colour(brdf, triples)?;
         let rates = rates::find(brdf, &colour, settings.projection, settings.least_directions, settings.largest);
         let (directions, normals, pairs) = maps(settings.projection, rates.sides, brdf.is_reciprocal());
-        let table =
-            Tabulated { brdf, colour, directions: &directions, pairs, normals: &normals.directions, solid_angles: &normals.solid_angles };
+        let table = Tabulated::new(brdf, colour, &directions, pairs, &normals);
         let matrix = Rows { rows: pairs.rows(), columns: normals.directions.len(), write: &|rows, out| table.write(rows, out) };
         let most = (MAX_PROJECTED / 8 / matrix.rows).clamp(PROJECTION, MAX_PROJECTION);
         let mut projection = PROJECTION;
