@@ -1,10 +1,10 @@
 //! What the photographs can say: standard deviations and correlations of all unknowns, and which of them are not to be trusted.
 //!
 //! The residuals are linear in the colours and nearly so, near the best point, in everything else. Their derivatives there, by central
-//! differences over a step that visibility bits do not spoil, give the covariance `(Jᵀ S⁻¹ J)⁻¹`, where `S` has for each group of rows (a distant
-//! photograph, the close-up, what was known before) its mean squared residual, at least 1, three times that: the channels of a pixel leave the same out. One group that is not explained is not made up for by others
-//! that are. What other samples of the surface would change (`replicas`) is added to it. The bounds count as knowledge as well, of
-//! a standard deviation of `range/√12`: what nothing tells has that one.
+//! differences over a step that visibility bits do not spoil, give the covariance `(Jᵀ S⁻¹ J)⁻¹`. `S` has for each group of rows (a distant
+//! photograph, the close-up) its mean squared residual, at least 1: a group that is not explained is not made up for by others that are. It has
+//! three times that, since the three channels of a pixel leave the same out. What other samples of the surface would change (`replicas`) is
+//! added to the covariance. The bounds count as knowledge as well, of a standard deviation of `range/√12`: what nothing tells has that one.
 
 use crate::linear::{cholesky, cholesky_solve};
 use crate::model::{Evaluated, HUBER, Model, Origin, UnknownKind, Variable};

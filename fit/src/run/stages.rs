@@ -74,7 +74,11 @@ impl Search<'_> {
         let optimiser = if descends { Optimiser::Lm } else { optimiser };
         let task = Task { stage, optimiser, limits, confirm, seed: self.options.seed };
         let one = |start: &Start| {
-            let model = self.model(cells, samples, start, indirect, variants)?;
+            let model = match self.model(cells, samples, start, indirect, variants) {
+                // A start that was not begun is no reason to lose what the others have found.
+                Err(Error::Interrupted) => return Ok(Start { objective: f64::INFINITY, ..start.clone() }),
+                model => model?,
+            };
             search::search(&model, start, &task, self.shared)
         };
         // A single start has all threads for itself.
