@@ -7,7 +7,7 @@
 //! | up to [`FEW`] distinct normals | relative RMS error of 2,048 samples about [`FEW_ERROR`], whatever the lobe | `cargo bench --bench accuracy` |
 //! | more, area `r` footprints, sharpest lobe `alpha` (1 for diffuse) | about `r (`[`WIDE_ERROR`]` + `[`LOBE_ERROR`]` (1/alpha - 1))`; within a factor of 3 but for diffuse rods, of 4 | same |
 //! | `n` samples in place of 2,048 | `(2,048/n)^.75` of it | same |
-//! | 1,024 pairs or 512 directions, and more | the samples are found on a sixteenth of the pairs, at least 64 | `biscale study` |
+//! | 1,024 pairs or 512 directions, and more | the samples are found on one in 24 of the pairs, at least 64 | `biscale study` |
 //! | over 262,144 pairs | clusters of unequal normals, as wide as their error allows | `biscale study --pairs`; `cargo bench --bench paper_matrix` |
 //! | some directions see next to none of 2^18 samples, up to [`REFERENCE_PAIRS`] pairs | `reference`, which looks from the viewer: the error of `direct` is not in its estimate there | `cargo test --test extremes` |
 //!
