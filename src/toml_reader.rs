@@ -192,6 +192,25 @@ impl<'a> TableReader<'a> {
         Ok(Some(number as u32))
     }
 
+    /// Whole numbers from `min` to `max`, at least one and at most `most`, if the key is there.
+    pub fn integers(&self, key: &'static str, min: u32, max: u32, most: usize) -> Result<Option<Vec<u32>>> {
+        let Some(value) = self.get(key) else { return Ok(None) };
+        let wanted = format!("1 to {most} whole numbers in brackets");
+        let Some(array) = value.get_ref().as_array() else { return Err(self.wrong_type(key, value, &wanted)) };
+        if !(1..=most).contains(&array.len()) {
+            return Err(self.error_at(key, format!("{} has {} elements", self.written(value), array.len()), format!("write {wanted}")));
+        }
+        let one = |element: &Spanned<DeValue<'_>>| {
+            if !matches!(element.get_ref(), DeValue::Integer(_)) {
+                return Err(self.wrong_type(key, element, &wanted));
+            }
+            let number = self.number(key, element, range(min.into(), max.into()), &wanted)?;
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "whole and in the range of u32, just checked")]
+            Ok(number as u32)
+        };
+        array.iter().map(one).collect::<Result<_>>().map(Some)
+    }
+
     /// True or false, if the key is there.
     pub fn bool(&self, key: &'static str) -> Result<Option<bool>> {
         self.get(key).map(|v| v.get_ref().as_bool().ok_or_else(|| self.wrong_type(key, v, "true or false"))).transpose()

@@ -9,10 +9,12 @@ use glam::DVec3;
 
 /// Standard deviation of the second blur, pixels.
 const AGAIN: f64 = 1.0;
-/// Share of the edges, by strength, that are looked at.
-const STRONG: f64 = 0.3;
+/// Share of the edges that are as strong as the ones that count, and the share of their strength down to which others count as well: noise has
+/// edges everywhere, and they are sharp.
+const STRONGEST: f64 = 0.02;
+const STRONG: f64 = 0.5;
 /// Place of the answer among them, by sharpness.
-const SHARPEST: f64 = 0.7;
+const SHARPEST: f64 = 0.55;
 /// Fewest edges that tell anything.
 const LEAST: usize = 50;
 
@@ -46,7 +48,8 @@ pub fn of_edges(photograph: &Photograph, seen: &[(u32, DVec3)]) -> Option<f64> {
     edges.sort_by(|a, b| b.0.total_cmp(&a.0));
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the list")]
     let share = |share: f64, of: usize| (share * of as f64) as usize;
-    edges.truncate(share(STRONG, edges.len()));
+    let strong = STRONG * edges.get(share(STRONGEST, edges.len()))?.0;
+    edges.truncate(edges.partition_point(|e| e.0 >= strong));
     if edges.len() < LEAST {
         return None;
     }
@@ -120,4 +123,72 @@ fn again(grey: &[f64], width: usize, height: usize) -> Vec<f64> {
         }
     }
     picture
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::photograph::{Image, Pinhole, Role};
+    use biscale::low_discrepancy::gaussian;
+    use biscale::render::scene::{Camera, Light, Object};
+    use biscale::toml_reader::{Source, TableReader};
+
+    const SIZE: usize = 128;
+
+    /// A photograph of bars 11 pixels wide that lie askew, blurred by `sigma`, with noise of that standard deviation; every pixel is a mean over its extent.
+    fn bars(sigma: f64, noise: f64) -> (Photograph, Vec<(u32, DVec3)>) {
+        let text = "[object]\nkind = \"plane\"\nsize = [1, 1]\n[camera]\norigin = [0, 0, 9]\ntarget = [0, 0, 0]\nup = [0, 1, 0]\nfov_deg = 10\n\
+                    width = 128\nheight = 128\n[light]\ntype = \"directional\"\nto_light = [0, 0, 1]\nirradiance_rgb = 1\n";
+        let source = Source { path: "t.toml".into(), text: text.to_owned() };
+        let root = source.parse().unwrap();
+        let top = TableReader::new(&source, "", root.get_ref(), 0);
+        let table = |key| top.table(key).unwrap().unwrap();
+        let value = |x: usize, y: usize| -> f64 {
+            let place = x as f64 + 0.37 * y as f64;
+            let mean = |edge: f64| blurred_step_mean(place - edge, sigma);
+            (0..40).map(|k| f64::from(1 - 2 * (k % 2)) * mean(11.0 * f64::from(k))).sum::<f64>()
+        };
+        let rgb = (0..SIZE * SIZE).map(|k| [(0.2 + 0.5 * value(k % SIZE, k / SIZE) + noise * gaussian(5, k as u64)) as f32; 3]).collect();
+        let photograph = Photograph {
+            file: "t.exr".into(),
+            role: Role::CloseUp,
+            image: Image { width: SIZE as u32, height: SIZE as u32, rgb, notes: Vec::new() },
+            camera: Pinhole::of(&Camera::read(table("camera")).unwrap()),
+            light: Light::read(table("light")).unwrap(),
+            light_sigma_deg: 0.0,
+            exposure_known: true,
+            object: Object::read_bare(table("object")).unwrap(),
+            noise: None,
+        };
+        let seen = (0..(SIZE * SIZE) as u32).map(|pixel| (pixel, DVec3::ZERO)).collect();
+        (photograph, seen)
+    }
+
+    #[test]
+    fn the_blur_of_bars_is_found_with_and_without_noise() {
+        for sigma in [0.4, 0.7, 1.2, 2.0] {
+            for noise in [0.0, 0.003] {
+                let (photograph, seen) = bars(sigma, noise);
+                let found = of_edges(&photograph, &seen).unwrap();
+                // Bars that lie askew are seen along rows and columns, where they are as soft or softer.
+                assert!((found / sigma - 1.0).abs() < 0.25, "{found} for {sigma}, noise {noise}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_sharp_has_next_to_no_blur_and_what_has_no_edges_has_no_answer() {
+        let (sharp, seen) = bars(0.0, 0.0);
+        assert!(of_edges(&sharp, &seen).unwrap() < 0.25);
+        let (mut flat, seen) = bars(0.7, 0.0);
+        flat.image.rgb.fill([0.3; 3]);
+        assert_eq!(of_edges(&flat, &seen), None);
+        assert_eq!(of_edges(&sharp, &[]), None);
+    }
+
+    #[test]
+    fn a_second_blur_loses_less_the_softer_a_step_is() {
+        let ratios: Vec<f64> = [0.0, 0.3, 0.7, 1.5, 4.0].into_iter().map(expected).collect();
+        assert!(ratios.windows(2).all(|w| w[0] > w[1]) && ratios[4] > 1.0, "{ratios:?}");
+    }
 }

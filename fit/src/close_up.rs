@@ -24,8 +24,12 @@ const MOST_KINDS: usize = 4;
 pub const DARK: f64 = 0.08;
 /// Least distance of the kinds' chromaticities.
 const LEAST_DISTANCE: f64 = 0.03;
-/// The same, in standard deviations of the kinds' pixels around their own: one broad spread of colours, cut in two, has 3.5.
-const LEAST_SEPARATION: f64 = 4.5;
+/// Least share of the pixels that a kind has: fewer are highlights.
+const LEAST_SHARE: f64 = 0.03;
+/// Pixels between two kinds, at most, over those around the kind that has fewer, as densities along the line between their colours.
+const DEEP: f64 = 0.6;
+/// Width of what is counted, as a share of the distance of the two.
+const VALLEY_WINDOW: f64 = 0.2;
 /// A choice of surfaces for the kinds is taken when the next best is at least this factor worse.
 const CLEARLY: f64 = 1.3;
 /// Shares of a kind's pixels, by brightness, at which its tones begin and end. The darkest ones lie at the
@@ -54,6 +58,9 @@ pub struct CloseUp {
     pub kinds: Vec<Kind>,
     /// Which surface each kind may be: the choices that the start material does not rule out, the likeliest first.
     pub choices: Vec<Vec<usize>>,
+    /// The choices that it does rule out, the likeliest first: for when no other explains the photographs.
+    #[serde(skip)]
+    pub other_choices: Vec<Vec<usize>>,
     /// What the user should know.
     pub notes: Vec<String>,
     /// The kind of each pixel of the photograph, 255 for none.
@@ -121,7 +128,8 @@ impl CloseUp {
             found.notes.push(format!("the surfaces cannot be told apart in the close-up: {why}"));
         }
         found.kinds = (0..kinds).map(|k| kind(&pixels, &labels, k, dark)).collect();
-        found.choices = if kinds == surfaces { choices(&found.kinds, colours) } else { vec![vec![0; kinds]] };
+        (found.choices, found.other_choices) =
+            if kinds == surfaces { choices(&found.kinds, colours) } else { (vec![vec![0; kinds]], Vec::new()) };
         if found.choices.len() > 1 {
             found.notes.push("which surface has which colour is not clear from the start material: several choices are tried".to_owned());
         }
@@ -179,12 +187,33 @@ fn sort(pixels: &[[f64; 3]], kinds: usize, dark: f64) -> (usize, Vec<usize>) {
     let Some(centres) = settle(&chroma, &bright, centres, ROUNDS) else { return one };
     let apart = (0..kinds).flat_map(|a| (0..a).map(move |b| (a, b))).map(|(a, b)| distance(centres[a], centres[b]));
     let apart = apart.fold(f64::INFINITY, f64::min);
-    let spread =
-        bright.iter().map(|&k| distance(chroma[k], centres[nearest(chroma[k], &centres)]).powi(2)).sum::<f64>() / bright.len() as f64;
-    if apart < LEAST_DISTANCE || apart < LEAST_SEPARATION * spread.sqrt() {
+    let labels: Vec<usize> = chroma.iter().map(|&p| nearest(p, &centres)).collect();
+    let own = |k: usize| bright.iter().copied().filter(|&p| labels[p] == k).map(|p| chroma[p]).collect::<Vec<_>>();
+    let members: Vec<Vec<[f64; 3]>> = (0..kinds).map(own).collect();
+    let few = members.iter().any(|m| (m.len() as f64) < LEAST_SHARE * bright.len() as f64);
+    let run_together = |a: usize, b: usize| !has_valley(&members[a], &members[b], centres[a], centres[b]);
+    if apart < LEAST_DISTANCE || few || (0..kinds).any(|a| (0..a).any(|b| run_together(a, b))) {
         return one;
     }
-    (kinds, chroma.iter().map(|&p| nearest(p, &centres)).collect())
+    (kinds, labels)
+}
+
+/// Whether two kinds are two: between their colours there are fewer pixels than around either. A broad spread of colours that is cut in two has as many
+/// there, one colour with more or less of a highlight on it has more than beyond.
+fn has_valley(a: &[[f64; 3]], b: &[[f64; 3]], from: [f64; 3], to: [f64; 3]) -> bool {
+    let length = distance(from, to).powi(2);
+    let along = |p: &[f64; 3]| (0..3).map(|c| (p[c] - from[c]) * (to[c] - from[c])).sum::<f64>() / length;
+    let mut places: Vec<f64> = a.iter().chain(b).map(along).collect();
+    places.sort_by(f64::total_cmp);
+    let within = |middle: f64| {
+        let below = |t: f64| places.partition_point(|&p| p < t);
+        below(middle + 0.5 * VALLEY_WINDOW) - below(middle - 0.5 * VALLEY_WINDOW)
+    };
+    let steps = |from: i32, to: i32| (from..=to).map(|k| within(0.05 * f64::from(k)));
+    // Peaks may stand inside or outside of the means, which highlights draw together.
+    let (first, second) = (steps(-10, 7).max().unwrap_or(0), steps(13, 30).max().unwrap_or(0));
+    let valley = steps(7, 13).min().unwrap_or(0);
+    (valley as f64) < DEEP * first.min(second) as f64
 }
 
 fn nearest(p: [f64; 3], centres: &[[f64; 3]]) -> usize {
@@ -267,8 +296,8 @@ pub fn tones(sorted: impl Iterator<Item = (f64, [f64; 3])> + Clone) -> Vec<[f64;
     sums.into_iter().map(|(sum, part)| sum.map(|v| if part > 0.0 { v / part } else { 0.0 })).collect()
 }
 
-/// Which surface each kind may be, by the chromaticities that the start material has.
-fn choices(kinds: &[Kind], colours: &[[f64; 3]]) -> Vec<Vec<usize>> {
+/// Which surface each kind may be, by the chromaticities that the start material has: what these allow, and all others.
+fn choices(kinds: &[Kind], colours: &[[f64; 3]]) -> (Vec<Vec<usize>>, Vec<Vec<usize>>) {
     let n = kinds.len();
     let mut all: Vec<(f64, Vec<usize>)> = permutations(n)
         .into_iter()
@@ -280,7 +309,10 @@ fn choices(kinds: &[Kind], colours: &[[f64; 3]]) -> Vec<Vec<usize>> {
         .collect();
     all.sort_by(|a, b| a.0.total_cmp(&b.0).then_with(|| a.1.cmp(&b.1)));
     let best = all[0].0;
-    all.into_iter().filter(|(cost, _)| *cost <= CLEARLY * best + 1e-9).map(|(_, choice)| choice).collect()
+    let likely = all.partition_point(|(cost, _)| *cost <= CLEARLY * best + 1e-9);
+    let mut choices: Vec<Vec<usize>> = all.into_iter().map(|(_, choice)| choice).collect();
+    let rest = choices.split_off(likely);
+    (choices, rest)
 }
 
 fn permutations(n: usize) -> Vec<Vec<usize>> {
@@ -349,7 +381,7 @@ mod tests {
     fn kinds_go_to_the_surfaces_of_their_colour_and_to_any_where_these_are_alike() {
         let kind = |colour| Kind { cover: 0.5, light: [0.0; 3], colour, tones: Vec::new() };
         let kinds = [kind([0.5, 0.1, 0.1]), kind([0.1, 0.1, 0.5])];
-        assert_eq!(choices(&kinds, &[[0.2, 0.2, 0.6], [0.6, 0.2, 0.2]]), [vec![1, 0]]);
-        assert_eq!(choices(&kinds, &[[0.4; 3], [0.4; 3]]).len(), 2);
+        assert_eq!(choices(&kinds, &[[0.2, 0.2, 0.6], [0.6, 0.2, 0.2]]), (vec![vec![1, 0]], vec![vec![0, 1]]));
+        assert_eq!(choices(&kinds, &[[0.4; 3], [0.4; 3]]).0.len(), 2);
     }
 }

@@ -116,7 +116,7 @@ mod tests {
         let point = [0.2, 0.0];
         let rows = vec![vec![1.0, 0.0, 0.0], vec![0.0, 2.0, 0.0]];
         let residuals = vec![point[0] - 0.7, 2.0 * (point[1] + 3.0)];
-        let d = Derivatives { rows, close_up: vec![false; 2], residuals, variables: 2 };
+        let d = Derivatives { rows, close_up: vec![false; 2], groups: vec![0; 2], residuals, variables: 2 };
         let step = step(&d, &point, 0.0).unwrap();
         assert!((step[0] - 0.5).abs() < 1e-6 && step[1] == 0.0, "{step:?}");
     }

@@ -1,8 +1,10 @@
 //! What the photographs can say: standard deviations and correlations of all unknowns, and which of them are not to be trusted.
 //!
 //! The residuals are linear in the colours and nearly so, near the best point, in everything else. Their derivatives there, by central
-//! differences over a step that visibility bits do not spoil, give the covariance `s² (JᵀJ)⁻¹`, with `s²` the mean squared residual, at
-//! least 1. The bounds count as knowledge as well, of a standard deviation of `range/√12`: what nothing tells has that one.
+//! differences over a step that visibility bits do not spoil, give the covariance `(Jᵀ S⁻¹ J)⁻¹`. `S` has for each group of rows (a distant
+//! photograph, the close-up) its mean squared residual, at least 1: a group that is not explained is not made up for by others that are. It has
+//! three times that, since the three channels of a pixel leave the same out. What other samples of the surface would change (`replicas`) is
+//! added to the covariance. The bounds count as knowledge as well, of a standard deviation of `range/√12`: what nothing tells has that one.
 
 use crate::linear::{cholesky, cholesky_solve};
 use crate::model::{Evaluated, HUBER, Model, Origin, UnknownKind, Variable};
@@ -13,6 +15,11 @@ use serde::Serialize;
 
 /// Half the distance of the central differences, as a share of the range.
 const STEP: f64 = 0.03;
+/// The same of a colour where it moves what the close-up's pixels are sorted by: a share of the colour, and the least of it.
+const COLOUR_STEP: f64 = 0.15;
+const LEAST_COLOUR_STEP: f64 = 0.02;
+/// What three channels of a pixel count together, each: what the model leaves out of the shape of a surface, all three leave out alike.
+const ALIKE: f64 = 1.0 / 3.0;
 /// Share of its range from which on a standard deviation means that nothing is known.
 pub const NOT_IDENTIFIED: f64 = 0.25;
 /// Standard deviation over value from which on an unknown is weak.
@@ -84,13 +91,16 @@ pub struct Derivatives {
     pub rows: Vec<Vec<f64>>,
     /// Whether each row comes from the close-up.
     pub close_up: Vec<bool>,
+    /// The group of each row: those that are explained well or badly together.
+    pub groups: Vec<usize>,
     /// The residuals, weighted alike.
     pub residuals: Vec<f64>,
     /// Unknowns of the search.
     pub variables: usize,
 }
 
-fn residuals(evaluated: &Evaluated) -> Vec<f64> {
+/// All residuals of an evaluation, in standard deviations.
+pub fn residuals(evaluated: &Evaluated) -> Vec<f64> {
     evaluated.rows.iter().map(|(row, _)| evaluated.residual(row)).chain(evaluated.fixed.iter().copied()).collect()
 }
 
@@ -106,11 +116,48 @@ pub fn sides(point: &[f64]) -> Vec<Vec<f64>> {
 
 /// The derivatives at a point.
 ///
+/// The rows of cells are linear in the colours; those of the close-up are so only as long as its pixels are sorted alike. How they are sorted answers to
+/// the colours as well, and takes part of what a colour does away again: there the derivative is that of a step.
+///
 /// # Errors
 /// Those of the model.
 pub fn derivatives(model: &Model<'_>, point: &[f64], best: &Evaluated, control: &Control<'_>) -> Result<Derivatives> {
     let moved = in_parallel(&sides(point), |_, at| model.evaluate_with(at, Some(&best.linear), control))?;
-    Ok(derivatives_of(model, point, best, &moved))
+    let mut derivatives = derivatives_of(model, point, best, &moved);
+    if model.close_up.is_none() {
+        return Ok(derivatives);
+    }
+    let n = point.len();
+    let colours = (0..best.linear.len()).filter(|&k| matches!(model.unknowns[k].kind, UnknownKind::Colour(..)));
+    let steps: Vec<(usize, [f64; 2])> = colours
+        .map(|k| {
+            let [low, high] = model.unknowns[k].bounds;
+            let step = (COLOUR_STEP * best.linear[k]).max(LEAST_COLOUR_STEP);
+            (k, [-step, step].map(|s| (best.linear[k] + s).clamp(low, high)))
+        })
+        .filter(|(_, [low, high])| high > low)
+        .collect();
+    let tasks: Vec<(usize, f64)> = steps.iter().flat_map(|&(k, ends)| ends.map(|end| (k, end))).collect();
+    let found = in_parallel(&tasks, |_, &(k, value)| {
+        let mut linear = best.linear.clone();
+        linear[k] = value;
+        Ok(model.evaluate_with(point, Some(&linear), control)?.map(|e| residuals(&e)))
+    })?;
+    let weights = weights(best);
+    for (&(k, [low, high]), ends) in steps.iter().zip(found.chunks(2)) {
+        let [Some(before), Some(after)] = ends else { continue };
+        for (row, derivative) in derivatives.rows.iter_mut().enumerate().filter(|(row, _)| derivatives.close_up[*row]) {
+            derivative[n + k] = weights[row] * (after[row] - before[row]) / (high - low);
+        }
+    }
+    Ok(derivatives)
+}
+
+/// Roots of the weights of all residuals: their own, and Huber's.
+fn weights(best: &Evaluated) -> Vec<f64> {
+    let weight = |k: usize| best.rows.get(k).map_or(1.0, |(row, _)| row.weight);
+    let huber = |r: f64| if r.abs() <= HUBER { 1.0 } else { HUBER / r.abs() };
+    residuals(best).iter().enumerate().map(|(k, r)| (weight(k) * huber(*r)).sqrt()).collect()
 }
 
 /// The derivatives at a point, from the evaluations of its [`sides`] with the linear unknowns held; `None` of those that make no surface.
@@ -141,29 +188,47 @@ pub fn derivatives_of(model: &Model<'_>, point: &[f64], best: &Evaluated, moved:
     let mut close_up: Vec<bool> = best.rows.iter().map(|(_, origin)| *origin == Origin::CloseUp).collect();
     let covers = model.covers();
     close_up.extend((0..best.fixed.len()).map(|k| k < covers));
-    let weight = |k: usize| best.rows.get(k).map_or(1.0, |(row, _)| row.weight);
-    let huber = |r: f64| if r.abs() <= HUBER { 1.0 } else { HUBER / r.abs() };
-    let weights: Vec<f64> = here.iter().enumerate().map(|(k, r)| (weight(k) * huber(*r)).sqrt()).collect();
+    let photographs = model.photographs.len();
+    let group = |k: usize| match best.rows.get(k).map(|(_, origin)| *origin) {
+        Some(Origin::Cell(p, ..)) => p,
+        _ if close_up[k] => photographs,
+        _ => photographs + 1,
+    };
+    let groups = (0..rows.len()).map(group).collect();
+    let weights = weights(best);
     for (row, w) in rows.iter_mut().zip(&weights) {
         row.iter_mut().for_each(|v| *v *= w);
     }
     let residuals = here.iter().zip(&weights).map(|(r, w)| r * w).collect();
-    Derivatives { rows, close_up, residuals, variables: n }
+    Derivatives { rows, close_up, groups, residuals, variables: n }
 }
 
 impl Derivatives {
-    /// `JᵀJ` over the rows that `keep` says, unknowns in units of `range`.
-    fn gram(&self, range: &[f64], keep: impl Fn(usize) -> bool) -> Vec<f64> {
+    /// `Jᵀ W J` with a weight for each row, unknowns in units of `range`.
+    fn gram(&self, range: &[f64], weight: impl Fn(usize) -> f64) -> Vec<f64> {
         let n = range.len();
         let mut gram = vec![0.0; n * n];
-        for (_, row) in self.rows.iter().enumerate().filter(|(k, _)| keep(*k)) {
-            for i in (0..n).filter(|&i| row[i] != 0.0) {
+        for (k, row) in self.rows.iter().enumerate() {
+            let w = weight(k);
+            for i in (0..n).filter(|&i| w * row[i] != 0.0) {
                 for j in 0..n {
-                    gram[i * n + j] += row[i] * range[i] * row[j] * range[j];
+                    gram[i * n + j] += w * row[i] * range[i] * row[j] * range[j];
                 }
             }
         }
         gram
+    }
+
+    /// What each row is worth beside its weight: one over the mean squared residual of its group, at most 1, and [`ALIKE`] of what photographs tell.
+    /// `counts` is what each row counts; groups up to `photographs` are those of photographs.
+    fn trust(&self, counts: &[f64], photographs: usize) -> Vec<f64> {
+        let mut sums = vec![(0.0, 0.0); self.groups.iter().max().map_or(0, |m| m + 1)];
+        for ((&group, r), count) in self.groups.iter().zip(&self.residuals).zip(counts) {
+            sums[group].0 += r * r;
+            sums[group].1 += count;
+        }
+        let worth = |group: usize| if group <= photographs { ALIKE } else { 1.0 };
+        self.groups.iter().map(|&group| worth(group) * sums[group].1 / sums[group].0.max(sums[group].1).max(f64::MIN_POSITIVE)).collect()
     }
 
     /// The least-squares step of all unknowns but `held` that answers to a step of that one.
@@ -240,8 +305,32 @@ fn eigenvalues(matrix: &[f64], n: usize) -> Vec<f64> {
     values
 }
 
-/// What is known at the best point.
-pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives: &Derivatives) -> Identified {
+/// How the unknowns, in units of `range`, answer to what each replica's residuals differ by from the mean of all; `inverse` is that of the weighted `JᵀJ`.
+fn answers(
+    derivatives: &Derivatives,
+    roots: &[f64],
+    inverse: &[f64],
+    range: &[f64],
+    weight: impl Fn(usize) -> f64,
+    replicas: &[Vec<f64>],
+) -> Vec<Vec<f64>> {
+    let (n, count) = (range.len(), replicas.len() as f64);
+    let mean: Vec<f64> = (0..derivatives.rows.len()).map(|k| replicas.iter().map(|r| r[k]).sum::<f64>() / count).collect();
+    // The mean of the replicas is one of them as well.
+    let unbiased = (count / (count - 1.0).max(1.0)).sqrt();
+    let answer = |replica: &Vec<f64>| {
+        let mut gradient = vec![0.0; n];
+        for (k, row) in derivatives.rows.iter().enumerate() {
+            let r = unbiased * weight(k) * roots[k] * (replica[k] - mean[k]);
+            (0..n).for_each(|i| gradient[i] += row[i] * range[i] * r);
+        }
+        (0..n).map(|i| -(0..n).map(|j| inverse[i * n + j] * gradient[j]).sum::<f64>()).collect()
+    };
+    replicas.iter().map(answer).collect()
+}
+
+/// What is known at the best point. `replicas` are the residuals there, colours and all, of models with other samples.
+pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives: &Derivatives, replicas: &[Vec<f64>]) -> Identified {
     let spec = model.spec;
     let n = point.len();
     let total = n + best.linear.len();
@@ -266,20 +355,29 @@ pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives:
         .collect();
     let count: f64 = best.rows.iter().map(|(row, _)| row.weight).sum::<f64>() + best.fixed.len() as f64;
     let chi2 = derivatives.residuals.iter().map(|r| r * r).sum::<f64>() / count.max(1.0);
-    let s2 = chi2.max(1.0);
+    let counts: Vec<f64> = best.rows.iter().map(|(row, _)| row.weight).chain(best.fixed.iter().map(|_| 1.0)).collect();
+    let trust = derivatives.trust(&counts, model.photographs.len());
     let covariance = |keep: &dyn Fn(usize) -> bool| {
-        let mut gram = derivatives.gram(&range, keep);
+        let mut gram = derivatives.gram(&range, |k| if keep(k) { trust[k] } else { 0.0 });
         for i in 0..total {
             for j in 0..total {
                 if (held[i] || held[j]) && i != j {
                     gram[i * total + j] = 0.0;
                 }
             }
-            // s² (JᵀJ)⁻¹, and the bounds, whose knowledge no residual makes worse.
-            gram.iter_mut().skip(i * total).take(total).for_each(|v| *v /= s2);
+            // The bounds, whose knowledge no residual makes worse.
             gram[i * total + i] += 12.0;
         }
-        inverse(&gram, total)
+        let mut found = inverse(&gram, total)?;
+        let own = found.clone();
+        for answer in answers(derivatives, &weights(best), &own, &range, |k| if keep(k) { trust[k] } else { 0.0 }, replicas) {
+            for i in (0..total).filter(|&i| !held[i]) {
+                for j in (0..total).filter(|&j| !held[j]) {
+                    found[i * total + j] += answer[i] * answer[j] / (replicas.len() as f64);
+                }
+            }
+        }
+        Some(found)
     };
     if total == 0 {
         return Identified { chi2, condition: 1.0, residuals: count, ..Identified::default() };
@@ -338,7 +436,7 @@ pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives:
         }
     }
     correlations.sort_by(|a, b| b.correlation.abs().total_cmp(&a.correlation.abs()));
-    let values = eigenvalues(&derivatives.gram(&range, |_| true), total);
+    let values = eigenvalues(&derivatives.gram(&range, |_| 1.0), total);
     let (low, high) = (values[0].max(0.0), values[total - 1]);
     let condition = if low > 0.0 { (high / low).sqrt() } else { f64::INFINITY };
     Identified { known, correlations, condition, chi2, residuals: count }
@@ -429,7 +527,7 @@ mod tests {
     fn the_answer_of_the_others_undoes_what_the_held_one_does() {
         // Two unknowns that do the same: one step forward is answered by one back.
         let rows = vec![vec![100.0, 100.0], vec![200.0, 200.0]];
-        let d = Derivatives { rows, close_up: vec![false; 2], residuals: vec![0.0; 2], variables: 2 };
+        let d = Derivatives { rows, close_up: vec![false; 2], groups: vec![0; 2], residuals: vec![0.0; 2], variables: 2 };
         let answer = d.answer(0, 0.1, &[0.0, 0.0]).unwrap();
         assert!((answer[1] + 0.1).abs() < 1e-3 && answer[0] == 0.1, "{answer:?}");
     }

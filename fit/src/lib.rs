@@ -33,3 +33,4 @@ pub mod spec;
 pub mod template;
 pub mod tile_view;
 pub mod validate;
+pub mod variant;

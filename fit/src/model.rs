@@ -6,6 +6,7 @@ use crate::linear::Normal;
 use crate::recipe::Recipe;
 use crate::spec::{Parameter, Spec};
 use crate::tile_view::TileView;
+use crate::variant::Variant;
 use biscale::brdf::Brdf;
 use biscale::direction::Pair;
 use biscale::error::{Error, Result};
@@ -118,8 +119,8 @@ pub struct Model<'a> {
     pub photographs: &'a [Cells],
     /// What the close-up says.
     pub close_up: Option<&'a CloseUp>,
-    /// Which surface each kind of the close-up is.
-    pub choice: &'a [usize],
+    /// Which surface each kind of the close-up is, and what else is no number that moves.
+    pub variant: &'a Variant,
     /// What the search moves.
     pub variables: Vec<Variable>,
     /// What is solved for.
@@ -263,7 +264,7 @@ impl<'a> Model<'a> {
         spec: &'a Spec,
         photographs: &'a [Cells],
         close_up: Option<&'a CloseUp>,
-        choice: &'a [usize],
+        variant: &'a Variant,
         indirect: Option<&'a Indirect>,
         samples: u32,
         seed: u32,
@@ -272,6 +273,7 @@ impl<'a> Model<'a> {
         control: &Control<'_>,
     ) -> Result<Self> {
         let mut recipe = spec.recipe.clone();
+        variant.write(&mut recipe);
         write(&mut recipe, &spec.parameters, values);
         let small = recipe.material()?.build()?;
         let slots = slots(&spec.material.surfaces);
@@ -281,7 +283,7 @@ impl<'a> Model<'a> {
             spec,
             photographs,
             close_up,
-            choice,
+            variant,
             variables: variables(spec),
             unknowns: unknowns(spec, photographs.len()),
             indirect,
@@ -329,6 +331,7 @@ impl<'a> Model<'a> {
     /// Bad input if the numbers make no surface.
     pub fn material(&self, state: &State) -> Result<Material> {
         let mut recipe = self.spec.recipe.clone();
+        self.variant.write(&mut recipe);
         write(&mut recipe, &self.spec.parameters, &state.values);
         recipe.material()
     }
@@ -370,24 +373,29 @@ impl<'a> Model<'a> {
             upper.clone_from_slice(held);
         }
         let looked = self.look(&state, &small, control)?;
-        // How the pixels of the close-up are sorted depends on the colours: by those of the start first, then by those that are found with them.
-        let guess = linear.map_or_else(|| self.start_colours(&small), <[f64]>::to_vec);
-        let (rows, fixed) = self.equations(&state, &small, &looked, (&guess, linear.is_some()));
-        let first = solve(rows, fixed, &lower, &upper);
-        if linear.is_some() || looked.near.is_none() {
-            return Ok(Some(first));
+        if let Some(held) = linear {
+            let (rows, fixed) = self.equations(&state, &small, &looked, Sorting::ByColour(held));
+            return Ok(Some(solve(rows, fixed, &lower, &upper)));
         }
-        let (rows, fixed) = self.equations(&state, &small, &looked, (&first.linear, true));
-        Ok(Some(solve(rows, fixed, &lower, &upper)))
-    }
-
-    /// The unknowns as the start material has them.
-    fn start_colours(&self, small: &SmallScale) -> Vec<f64> {
-        let value = |u: &Unknown| match u.kind {
-            UnknownKind::Colour(k, c) => colour_of(small, self.spec.colours[k].slot)[c.unwrap_or(1)].clamp(u.bounds[0], u.bounds[1]),
-            UnknownKind::Veil(..) => 0.0,
+        let solved = |sorting: Sorting<'_>| {
+            let (rows, fixed) = self.equations(&state, &small, &looked, sorting);
+            solve(rows, fixed, &lower, &upper)
         };
-        self.unknowns.iter().map(value).collect()
+        if looked.near.is_none() {
+            return Ok(Some(solved(Sorting::None)));
+        }
+        // How the pixels of the close-up are sorted depends on the colours, and these on how they are sorted: highlights on a coloured thread count as a
+        // white one's, or not, and either answer agrees with itself. So it is begun from both sides: from the surfaces themselves, and from
+        // what the distant photographs say of the colours. The one that explains the photographs better holds.
+        let mut best: Option<Evaluated> = None;
+        for first in [Sorting::None, Sorting::BySurface] {
+            let guess = solved(first);
+            let found = solved(Sorting::ByColour(&guess.linear));
+            if best.as_ref().is_none_or(|b| found.objective < b.objective) {
+                best = Some(found);
+            }
+        }
+        Ok(best)
     }
 
     /// Looks at the surface in all pairs that the photographs need.
@@ -408,8 +416,8 @@ impl<'a> Model<'a> {
         Ok(Looked { shares, near: self.near_view(small, control)? })
     }
 
-    /// The equations of a state, and the residuals that are none; `guess` are the unknowns, about, and whether the close-up's pixels are sorted by them.
-    fn equations(&self, state: &State, small: &SmallScale, looked: &Looked, guess: (&[f64], bool)) -> Equations {
+    /// The equations of a state, and the residuals that are none.
+    fn equations(&self, state: &State, small: &SmallScale, looked: &Looked, sorting: Sorting<'_>) -> Equations {
         let shares = &looked.shares;
         let mut rows = Vec::new();
         let mut first = 0;
@@ -435,7 +443,7 @@ impl<'a> Model<'a> {
         }
         let mut fixed = Vec::new();
         if let Some((close_up, view)) = self.close_up.zip(looked.near.as_ref()) {
-            self.close_up_rows(close_up, view, small, guess, (&mut rows, &mut fixed));
+            self.close_up_rows(close_up, view, small, sorting, (&mut rows, &mut fixed));
         }
         self.priors(state, &mut rows, &mut fixed);
         (rows, fixed)
@@ -480,6 +488,17 @@ impl<'a> Model<'a> {
             }
         }
     }
+}
+
+/// How the pixels of the close-up are sorted into kinds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Sorting<'a> {
+    /// Not at all: only their light counts, of all together.
+    None,
+    /// By the surface that each shows most of.
+    BySurface,
+    /// By colour, where the unknowns are these.
+    ByColour(&'a [f64]),
 }
 
 /// The surface as the photographs need it.

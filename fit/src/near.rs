@@ -1,7 +1,7 @@
 //! The close-up's equations: the cover, the light and the tones of each kind of its pixels, against those of a period of the surface.
 
 use crate::close_up::{CloseUp, Kind};
-use crate::model::{Model, Origin, Row, colour_of};
+use crate::model::{Model, Origin, Row, Sorting, colour_of};
 use crate::tile_view::{Part, TileView};
 use biscale::error::Result;
 use biscale::filter::Control;
@@ -27,24 +27,32 @@ impl Model<'_> {
         TileView::new(small, &self.slots, pair, blur, (size, round), self.seed, control).map(Some)
     }
 
-    /// Light, tones and cover of the kinds of the close-up; `guess` are the unknowns, about, and whether pixels are sorted by them.
+    /// Light, tones and cover of the kinds of the close-up.
     pub(crate) fn close_up_rows(
         &self,
         close_up: &CloseUp,
         view: &TileView,
         small: &SmallScale,
-        (guess, by_colour): (&[f64], bool),
+        sorting: Sorting<'_>,
         (rows, fixed): (&mut Vec<(Row, Origin)>, &mut Vec<f64>),
     ) {
         let apart = close_up.tells_surfaces_apart(small.surfaces.len());
         let between = usize::from(self.indirect.is_some());
+        let guess = match sorting {
+            Sorting::None => return self.whole_light_rows(close_up, view, small, rows),
+            Sorting::BySurface => None,
+            Sorting::ByColour(guess) => Some(guess),
+        };
         let radiance: Vec<[f64; 3]> = (self.slots.iter())
             .map(|slot| {
-                let colour = |c: usize| self.unknown(*slot, c).map_or_else(|| colour_of(small, *slot)[c], |k| guess[k]);
+                let colour = |c: usize| match (self.unknown(*slot, c), guess) {
+                    (Some(k), Some(guess)) => guess[k],
+                    _ => colour_of(small, *slot)[c],
+                };
                 std::array::from_fn(|c| close_up.irradiance[c] * colour(c))
             })
             .collect();
-        let parts = view.sorted(&radiance, apart.then_some(self.choice), by_colour);
+        let parts = view.sorted(&radiance, apart.then_some(&self.variant.kinds[..]), guess.is_some());
         for (k, (kind, part)) in close_up.kinds.iter().zip(&parts).enumerate() {
             let extra = |c: usize| match self.indirect {
                 Some(indirect) => close_up.irradiance[c] * if apart { indirect.kinds[k][c] } else { indirect.close_up[c] },
@@ -63,6 +71,21 @@ impl Model<'_> {
             }
             let light = |c: usize| (close_up.irradiance[c], extra(c) / kind.cover.max(0.05));
             self.tone_rows(kind, part, light, small, rows);
+        }
+    }
+
+    /// The light of all kinds together.
+    fn whole_light_rows(&self, close_up: &CloseUp, view: &TileView, small: &SmallScale, rows: &mut Vec<(Row, Origin)>) {
+        if !close_up.exposure_known {
+            return;
+        }
+        let whole = view.whole_light();
+        for c in 0..3 {
+            let (terms, known) = self.terms(|slot| close_up.irradiance[c] * whole[slot][c], c, small);
+            let extra = self.indirect.map_or(0.0, |indirect| close_up.irradiance[c] * indirect.close_up[c]);
+            let light: [f64; 3] = std::array::from_fn(|c| close_up.kinds.iter().map(|k| k.light[c]).sum());
+            let sigma = LIGHT[usize::from(self.indirect.is_some())] * spread(light, c);
+            rows.push((Row { terms, known: known + extra, value: light[c], sigma, weight: 1.0 }, Origin::CloseUp));
         }
     }
 

@@ -112,6 +112,11 @@ impl Recipe {
         self.put(place, value(number));
     }
 
+    /// Writes a whole number there.
+    pub fn set_count(&mut self, place: &Place, count: u32) {
+        self.put(place, value(i64::from(count)));
+    }
+
     /// Writes a colour there.
     pub fn set_colour(&mut self, place: &Place, colour: [f64; 3]) {
         let mut array = Array::new();

@@ -3,16 +3,16 @@
 use crate::cells::{Cells, Sight, scene_of, sights};
 use crate::close_up::CloseUp;
 use crate::identify::{Identified, Profile};
-use crate::indirect::indirect;
-use crate::model::{self, Indirect, Level, Model, State, Unknown, UnknownKind};
-use crate::optimise::{Limits, Optimiser};
+use crate::model::{self, Level, Model, State, Unknown, UnknownKind};
+use crate::optimise::Optimiser;
 use crate::photograph::{Photograph, Role};
 use crate::picture::Picture;
 use crate::recipe::Recipe;
-use crate::search::{self, APART, Entry, Memory, Shared, Stage, Start, Task, in_parallel};
+use crate::search::{Entry, Memory, Shared, Stage, Start};
 use crate::spec::Spec;
 use crate::validate::Validation;
-use biscale::error::{Error, Result};
+use crate::variant::{Variant, Variants};
+use biscale::error::Result;
 use biscale::filter::Control;
 use biscale::filter::frozen::Slot;
 use biscale::geometry::{Geometry, Tile};
@@ -22,6 +22,9 @@ use biscale::render::world::World;
 use serde::Serialize;
 
 mod finish;
+mod stages;
+
+use stages::Search;
 
 /// The model while all starts explore.
 pub const COARSE: Level = Level { samples: 1024, cells: 48 };
@@ -29,8 +32,6 @@ pub const COARSE: Level = Level { samples: 1024, cells: 48 };
 pub const FINE: Level = Level { samples: 4096, cells: 144 };
 /// Samples of the last look.
 pub const POLISH_SAMPLES: u32 = 8192;
-/// Starts that are refined.
-const REFINED: usize = 3;
 /// Profiles that are made.
 const PROFILES: usize = 3;
 /// Largest difference of the objective of two minima that are equally good, as a share of the better one.
@@ -263,9 +264,13 @@ impl<'a> Prepared<'a> {
         Ok(Self { spec, distant, coarse, fine, close_up, opaque, start, notes })
     }
 
-    fn choices(&self) -> Vec<Vec<usize>> {
-        let default = || vec![(0..self.start.surfaces.len()).collect()];
-        self.close_up.as_ref().map(|c| c.choices.clone()).filter(|c| !c.is_empty()).unwrap_or_else(default)
+    /// How the photographs may be read.
+    fn variants(&self) -> Variants {
+        let own = || vec![(0..self.start.surfaces.len()).collect()];
+        let found = self.close_up.as_ref().filter(|c| !c.choices.is_empty());
+        let likely = found.map_or_else(own, |c| c.choices.clone());
+        let rest = found.map_or_else(Vec::new, |c| c.other_choices.clone());
+        Variants::new(self.spec, &likely, &rest)
     }
 }
 
@@ -335,195 +340,10 @@ pub fn fit(
     finish::finish(&prepared, options, &shared, found, watch)
 }
 
-struct Search<'a> {
-    prepared: &'a Prepared<'a>,
-    options: &'a Options,
-    shared: &'a Shared<'a>,
-}
-
-/// What the search leaves.
-struct Searched {
-    /// The starts, best first; only the first ones were refined.
-    starts: Vec<Start>,
-    /// How many were.
-    refined: usize,
-    /// What was added to direct light at last.
-    indirect: Option<Indirect>,
-}
-
-impl Search<'_> {
-    /// The model of one start.
-    fn model<'m>(
-        &'m self,
-        cells: &'m [Cells],
-        samples: u32,
-        start: &Start,
-        indirect: Option<&'m Indirect>,
-        choices: &'m [Vec<usize>],
-    ) -> Result<Model<'m>> {
-        model_of(self.prepared, self.options, cells, samples, start, indirect, &choices[start.choice], self.shared.control)
-    }
-
-    fn limits(&self, stage: Stage, dimensions: usize) -> (Limits, f64) {
-        let effort = self.options.effort;
-        let (k, step, evaluations, confirm) = match stage {
-            Stage::Explore => (0, 0.2, 60 + 25 * dimensions, 0.0),
-            Stage::Refine if !effort.coarse_first => (1, 0.2, 200 + 80 * dimensions, 0.05),
-            Stage::Refine => (1, 0.08, 100 + 35 * dimensions, 0.04),
-            Stage::Polish => (1, 0.1, 40 + 10 * dimensions, 0.0),
-        };
-        (Limits { step, size: effort.size[k], cost: effort.cost[k], evaluations }, confirm)
-    }
-
-    /// One stage of some starts; the best first.
-    fn stage(
-        &self,
-        stage: Stage,
-        cells: &[Cells],
-        samples: u32,
-        starts: &[Start],
-        indirect: Option<&Indirect>,
-        choices: &[Vec<usize>],
-    ) -> Result<Vec<Start>> {
-        let dimensions = starts.first().map_or(0, |s| s.point.len());
-        let (limits, confirm) = self.limits(stage, dimensions);
-        self.shared.begin_stage(starts.len() * limits.evaluations * 2 / 3);
-        let Options { optimiser, joint, effort, .. } = *self.options;
-        let descends = effort.descent && optimiser == Optimiser::NelderMead && stage != Stage::Explore && !joint;
-        let optimiser = if descends { Optimiser::Lm } else { optimiser };
-        let task = Task { stage, optimiser, limits, confirm, seed: self.options.seed };
-        let one = |start: &Start| {
-            let model = self.model(cells, samples, start, indirect, choices)?;
-            search::search(&model, start, &task, self.shared)
-        };
-        // A single start has all threads for itself.
-        let mut found = if let [start] = starts { vec![one(start)?] } else { in_parallel(starts, |_, start| one(start))? };
-        found.sort_by(|a, b| a.objective.total_cmp(&b.objective).then(a.number.cmp(&b.number)));
-        Ok(found)
-    }
-
-    fn run(&self, watch: &mut Stopwatch<'_>) -> Result<Searched> {
-        let Self { prepared, options, shared } = *self;
-        let choices = prepared.choices();
-        let count = if model::variables(prepared.spec).is_empty() && !options.joint { 1 } else { options.starts.max(choices.len()) };
-        let blank =
-            Start { number: 0, point: Vec::new(), objective: f64::INFINITY, evaluations: 0, converged: false, restarts: 0, choice: 0 };
-        let own = self.model(&prepared.coarse, COARSE.samples, &blank, None, &choices)?;
-        let mut starts: Vec<Start> = (search::starts(&own, count, options.seed).into_iter().enumerate())
-            .map(|(number, point)| Start { number, point, choice: number % choices.len(), ..blank.clone() })
-            .collect();
-        drop(own);
-        if options.effort.coarse_first {
-            starts = self.stage(Stage::Explore, &prepared.coarse, COARSE.samples, &starts, None, &choices)?;
-            watch.lap("explore");
-        }
-        if starts[0].evaluations == 0 && shared.must_end() {
-            return Err(Error::Interrupted);
-        }
-        let mut indirect = self.indirect(&starts[0], &choices)?;
-        if indirect.is_some() {
-            watch.lap("interreflections");
-        }
-        // Of starts that ended in the same place the best one is enough.
-        let mut chosen: Vec<Start> = Vec::new();
-        let mut rest: Vec<Start> = Vec::new();
-        for start in starts {
-            let is_near = |other: &Start| other.choice == start.choice && distance(&other.point, &start.point) < 0.3 * APART;
-            let full = options.effort.coarse_first && chosen.len() >= REFINED;
-            if full || chosen.iter().any(is_near) { rest.push(start) } else { chosen.push(start) }
-        }
-        let mut refined = chosen.clone();
-        if !shared.must_end() || !shared.memory.is_empty() {
-            refined = self.stage(Stage::Refine, &prepared.fine, FINE.samples, &chosen, indirect.as_ref(), &choices)?;
-            // A start whose refinement did not begin stands where it stood.
-            refined.retain(|s| s.objective.is_finite());
-            watch.lap("refine");
-        }
-        if refined.is_empty() {
-            refined = chosen;
-        }
-        if !shared.must_end() || !shared.memory.is_empty() {
-            if indirect.is_some() {
-                indirect = self.indirect(&refined[0], &choices)?;
-                watch.lap("interreflections");
-            }
-            let polished = self.stage(Stage::Polish, &prepared.fine, POLISH_SAMPLES, &refined[..1], indirect.as_ref(), &choices)?;
-            if polished[0].objective.is_finite() {
-                refined[0] = polished[0].clone();
-            }
-            watch.lap("polish");
-        }
-        let count = refined.len();
-        refined.extend(rest);
-        Ok(Searched { starts: refined, refined: count, indirect })
-    }
-
-    /// The indirect light at a start, if the fit file asks for it.
-    fn indirect(&self, start: &Start, choices: &[Vec<usize>]) -> Result<Option<Indirect>> {
-        let prepared = self.prepared;
-        if prepared.spec.bounces == 0 {
-            return Ok(None);
-        }
-        if self.shared.control.check().is_err() {
-            return Ok(None);
-        }
-        let model = self.model(&prepared.fine, COARSE.samples, start, None, choices)?;
-        let Some(evaluated) = model.evaluate(&start.point, self.shared.control)? else { return Ok(None) };
-        let state = model.state(&start.point);
-        let recipe = recipe_of(prepared.spec, &state, &model.unknowns, &evaluated.linear);
-        let small = recipe.material()?.build()?;
-        let close_up = prepared.close_up.as_ref();
-        let found =
-            indirect(&small, &prepared.fine, &state.lights, close_up, (prepared.spec.bounces, self.options.seed), self.shared.control)?;
-        Ok(Some(found))
-    }
-}
-
-/// Largest distance in a coordinate.
-fn distance(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
-}
-
-#[expect(clippy::too_many_arguments, reason = "what a model is made of")]
-fn model_of<'m>(
-    prepared: &'m Prepared<'_>,
-    options: &Options,
-    cells: &'m [Cells],
-    samples: u32,
-    start: &Start,
-    indirect: Option<&'m Indirect>,
-    choice: &'m [usize],
-    control: &Control<'_>,
-) -> Result<Model<'m>> {
-    let spec = prepared.spec;
-    #[expect(clippy::cast_possible_truncation, reason = "all of the seed is used")]
-    let seed = biscale::random::hash_64(options.seed ^ (start.number as u64) << 32) as u32;
-    let close_up = prepared.close_up.as_ref();
-    let at = |values: &[f64]| Model::new(spec, cells, close_up, choice, indirect, samples, seed, values, prepared.opaque, control);
-    let own: Vec<f64> = spec.parameters.iter().map(|p| p.start).collect();
-    let mut model = at(&own)?;
-    if options.joint {
-        model.move_colours();
-    }
-    if !start.point.is_empty() {
-        // Samples are drawn where the search begins, or on the start material if there is no surface.
-        match at(&model.state(&start.point).values) {
-            Ok(mut moved) => {
-                if options.joint {
-                    moved.move_colours();
-                }
-                model = moved;
-            }
-            Err(Error::BadInput(_)) => {}
-            Err(error) => return Err(error),
-        }
-    }
-    Ok(model)
-}
-
 /// The start material with the numbers and colours that were found.
-pub fn recipe_of(spec: &Spec, state: &State, unknowns: &[Unknown], linear: &[f64]) -> Recipe {
+pub fn recipe_of(spec: &Spec, variant: &Variant, state: &State, unknowns: &[Unknown], linear: &[f64]) -> Recipe {
     let mut recipe = spec.recipe.clone();
+    variant.write(&mut recipe);
     model::write(&mut recipe, &spec.parameters, &state.values);
     for (k, colour) in spec.colours.iter().enumerate() {
         let mut found = [0.0; 3];

@@ -3,6 +3,7 @@
 use crate::capture;
 use crate::photograph::{Image, Photograph, Pinhole, Role};
 use crate::recipe::{Place, Recipe};
+use crate::variant;
 use biscale::brdf::Brdf;
 use biscale::error::{BadInput, Result};
 use biscale::filter::frozen::{Slot, SlotColour};
@@ -17,6 +18,8 @@ const NUMBER: Range = range(-1e9, 1e9);
 pub const MAX_PARAMETERS: usize = 32;
 /// Standard deviation of a light's direction where nothing says it, degrees.
 pub const LIGHT_SIGMA_DEG: f64 = 1.5;
+/// Most numbers of sides that are tried.
+const MAX_SIDES: usize = 4;
 /// Most photographs.
 const MAX_PHOTOGRAPHS: usize = 16;
 
@@ -45,6 +48,8 @@ pub struct Spec {
     pub bounces: u32,
     /// Whether the material's lengths are scaled so that its period is that of the close-up.
     pub scale_to_close_up: bool,
+    /// Numbers of sides of a thread's section that are tried, the start material's own first; none if that one is held.
+    pub sides: Vec<u32>,
     /// What the user should know.
     pub notes: Vec<String>,
 }
@@ -148,6 +153,7 @@ impl Spec {
         let sigma = top.f64("light_sigma_deg", range(0.0, 30.0))?;
         let parameters = top.tables("parameter")?.into_iter().map(|t| Parameter::read(t, &mut recipe)).collect::<Result<Vec<_>>>()?;
         let colours = top.tables("colour")?.into_iter().map(|t| Colour::read(t, &recipe, &material)).collect::<Result<Vec<_>>>()?;
+        let sides = sides(&top, &material, &parameters)?;
         let mut notes = Vec::new();
         let mut photographs = Vec::new();
         if let Some(folder) = top.str("capture")? {
@@ -176,6 +182,7 @@ impl Spec {
             veil,
             bounces,
             scale_to_close_up,
+            sides,
             notes,
         };
         spec.check(&top)?;
@@ -216,6 +223,23 @@ impl Spec {
     pub fn of_role(&self, role: Role) -> impl Iterator<Item = &Photograph> {
         self.photographs.iter().filter(move |p| p.role == role)
     }
+}
+
+/// The numbers of sides that threads are tried with.
+fn sides(top: &TableReader<'_>, material: &Material, parameters: &[Parameter]) -> Result<Vec<u32>> {
+    let taken = parameters.iter().any(|p| p.place == variant::sides_place());
+    let moves = !taken && parameters.iter().any(|p| p.is_free() && matches!(p.place, Place::Geometry(_)));
+    let Some(given) = top.integers("sides", 4, 256, MAX_SIDES)? else { return Ok(variant::default_sides(&material.geometry, moves)) };
+    let Some(own) = variant::own_sides(&material.geometry) else {
+        return Err(top.error_at("sides", "only threads and rods have sides", "remove it"));
+    };
+    if taken {
+        return Err(top.error_at("sides", "`geometry.segments` is a parameter as well", "keep one of the two"));
+    }
+    // A number that the start material does not have comes first only if its own is not asked for.
+    let mut sides: Vec<u32> = given.iter().copied().filter(|&s| s == own).take(1).collect();
+    sides.extend(given.iter().filter(|&&s| s != own));
+    Ok(sides)
 }
 
 /// What the photographs of a file have in common.

@@ -150,6 +150,13 @@ impl TileView {
         (0..kinds).map(|k| self.part(&order, &|at| labels[at] == k, &|at| brightness[at] > dark)).collect()
     }
 
+    /// By slot the sum of the shares of all pixels over their number.
+    pub fn whole_light(&self) -> Vec<[f64; 3]> {
+        let count = (self.size * self.size) as f64;
+        let light = |shares: &Vec<[f64; 3]>| std::array::from_fn(|c| shares.iter().map(|s| s[c]).sum::<f64>() / count);
+        self.shares.iter().map(light).collect()
+    }
+
     fn part(&self, order: &[usize], is_own: &dyn Fn(usize) -> bool, is_bright: &dyn Fn(usize) -> bool) -> Part {
         let count = order.len() as f64;
         let own: Vec<usize> = order.iter().copied().filter(|&at| is_own(at)).collect();

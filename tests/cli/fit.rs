@@ -106,6 +106,28 @@ fn a_fit_of_the_models_own_picture_finds_what_it_was_made_of_at_any_thread_count
 }
 
 #[test]
+fn a_held_out_photograph_of_unknown_exposure_is_scaled_and_says_by_how_much() {
+    let folder = folder();
+    let (fitted, held_out) = fit_file().split_once("role = \"validation\"").map(|(a, b)| (a.to_owned(), b.to_owned())).unwrap();
+    // Its light was 1.5 times as bright as the file believes.
+    let guessed = held_out.replacen("irradiance_rgb = 3.0", "irradiance_rgb = 2.0", 1);
+    for (known, passes) in [("", false), ("exposure_known = false\n", true)] {
+        folder.write("guess.toml", format!("{fitted}role = \"validation\"\n{known}{guessed}"));
+        let said = folder.run(["fit", "guess.toml", "-o", "out", "--starts", "2", "--force"]);
+        assert_eq!(said.status, i32::from(!passes), "{known}: {}", said.stderr);
+        let result = json(&folder.path("out/fit.json"));
+        let validation = &result["validation"][0];
+        assert_eq!(validation["verdict"], if passes { "pass" } else { "fail" }, "{validation}");
+        if passes {
+            assert!((validation["exposure"].as_f64().unwrap() / 1.5 - 1.0).abs() < 0.03, "{validation}");
+            assert!(result["notes"].to_string().contains("it was scaled to fit"), "{}", result["notes"]);
+        } else {
+            assert!(validation["exposure"].is_null(), "{validation}");
+        }
+    }
+}
+
+#[test]
 fn a_time_limit_ends_the_search_with_the_best_so_far() {
     let folder = folder();
     let said = folder.run(["fit", "fit.toml", "-o", "out", "--time-limit", "100ms"]);

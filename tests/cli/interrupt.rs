@@ -75,3 +75,33 @@ fn a_command_that_waits_for_input_ends_too() {
     assert_eq!(child.wait().unwrap().code(), Some(130));
     assert!(folder.snapshot() == before, "something was left");
 }
+
+/// While the first starts still explore; nothing says how far the others are.
+#[test]
+fn a_fit_that_is_interrupted_writes_all_that_it_has() {
+    let folder = Folder::new();
+    let mut child = folder
+        .command(["fit", "-o", "out", "--quiet"])
+        .arg(project("samples/fit/fit.toml"))
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // The first picture is that of the first evaluation.
+    while !folder.path("out/pictures.png").is_file() {
+        assert!(child.try_wait().unwrap().is_none(), "it ended by itself");
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    send("INT", &child);
+    let mut said = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(130), "{said}");
+    let fit: serde_json::Value = serde_json::from_str(&folder.read("out/fit.json")).unwrap();
+    assert_eq!(fit["search"]["ended_early"], "interrupted", "{}", fit["search"]);
+    for file in ["material.toml", "report.html", "pictures.png", "evaluations.csv"] {
+        assert!(folder.path(&format!("out/{file}")).metadata().unwrap().len() > 0, "{file}");
+    }
+    assert_eq!(folder.run(["check", "out/material.toml"]).status, 0);
+    let files = std::fs::read_dir(folder.path("out")).unwrap().count();
+    assert_eq!(files, 5, "something half written was left");
+}

@@ -1,7 +1,8 @@
 //! After the search: what is known, pictures beside the photographs, and the held-out one.
 
-use super::{COARSE, EQUALLY_GOOD, distance, look, model_of, recipe_of, veil};
-use super::{Compared, Early, FINE, Options, Outcome, POLISH_SAMPLES, PROFILES, Prepared, Searched, Stopwatch};
+use super::stages::{Searched, distance, model_of};
+use super::{COARSE, EQUALLY_GOOD, look, recipe_of, veil};
+use super::{Compared, Early, FINE, Options, Outcome, POLISH_SAMPLES, PROFILES, Prepared, Stopwatch};
 use crate::cells::{Cells, turned};
 use crate::identify;
 use crate::indirect::indirect;
@@ -9,13 +10,17 @@ use crate::model::{self, Indirect, Model, UnknownKind};
 use crate::photograph::{Photograph, Role};
 use crate::picture;
 use crate::recipe::Recipe;
-use crate::search::{APART, Shared, Start};
+use crate::search::{APART, Shared, Start, in_parallel};
 use crate::validate::{self, Validation, verdict};
+use crate::variant::{self, Variant};
 use biscale::error::Result;
 use biscale::filter::Control;
 use biscale::filter::frozen::Frozen;
 use biscale::material::{Material, SmallScale};
 use biscale::render::scene::Light;
+
+/// What is added to the number of a start for samples of its own: those that tell what samples change.
+const REPLICAS: [usize; 4] = [1000, 2000, 3000, 4000];
 
 /// Looks at what was found, once the search is over.
 pub(super) fn finish(
@@ -40,14 +45,14 @@ pub(super) fn finish(
     };
     let spec = prepared.spec;
     let Searched { starts, refined, indirect } = found;
-    let choices = prepared.choices();
+    let variants = prepared.variants().all;
     let best = &starts[0];
     report("identify", 0.0);
     // Whatever the search moved, the colours are solved for here.
     let solved = Options { joint: false, ..options.clone() };
     let projected = |start: &Start| Start { point: start.point[..model::variables(spec).len()].to_vec(), ..start.clone() };
     let best = &projected(best);
-    let model = model_of(prepared, &solved, &prepared.fine, POLISH_SAMPLES, best, indirect.as_ref(), &choices[best.choice], control)?;
+    let model = model_of(prepared, &solved, &prepared.fine, POLISH_SAMPLES, best, indirect.as_ref(), &variants[best.choice], control)?;
     let Some(evaluated) = model.evaluate(&best.point, control)? else {
         let why = "no point of the bounds makes a surface";
         return Err(biscale::BadInput::new(why, "widen the bounds, or change the start material")
@@ -56,7 +61,14 @@ pub(super) fn finish(
             .into());
     };
     let derivatives = identify::derivatives(&model, &best.point, &evaluated, control)?;
-    let identified = identify::identify(&model, &best.point, &evaluated, &derivatives);
+    let replicas = in_parallel(&REPLICAS, |_, &seed| {
+        let other = Start { number: best.number + seed, ..best.clone() };
+        let model =
+            model_of(prepared, &solved, &prepared.fine, POLISH_SAMPLES, &other, indirect.as_ref(), &variants[best.choice], control)?;
+        Ok(model.evaluate_with(&best.point, Some(&evaluated.linear), control)?.map(|e| identify::residuals(&e)))
+    })?;
+    let replicas: Vec<Vec<f64>> = replicas.into_iter().flatten().filter(|r| r.len() == derivatives.rows.len()).collect();
+    let identified = identify::identify(&model, &best.point, &evaluated, &derivatives, &replicas);
     watch.lap("identify");
     report("profiles", 0.3);
     let mut profiles = Vec::new();
@@ -65,8 +77,11 @@ pub(super) fn finish(
         watch.lap("profiles");
     }
     let state = model.state(&best.point);
-    let mut recipe = recipe_of(spec, &state, &model.unknowns, &evaluated.linear);
+    let mut recipe = recipe_of(spec, model.variant, &state, &model.unknowns, &evaluated.linear);
     let mut notes = prepared.notes.clone();
+    if let (Some(sides), Some(own)) = (model.variant.sides, variant::own_sides(&spec.material.geometry)) {
+        notes.push(format!("threads of {sides} sides explain the photographs better than the {own} of the start material"));
+    }
     if spec.scale_to_close_up {
         scale(&mut recipe, prepared, &mut notes)?;
     }
@@ -112,7 +127,7 @@ pub(super) fn finish(
         ));
     }
     watch.lap("pictures");
-    let several = several(prepared, options, &starts[..refined], &choices, control)?;
+    let several = several(prepared, options, &starts[..refined], &variants, control)?;
     if !several.is_empty() {
         notes.push(format!("several solutions: {} other places fit as well as the best one", several.len()));
     }
@@ -309,14 +324,15 @@ fn several(
     prepared: &Prepared<'_>,
     options: &Options,
     refined: &[Start],
-    choices: &[Vec<usize>],
+    variants: &[Variant],
     control: &Control<'_>,
 ) -> Result<Vec<Vec<(String, f64)>>> {
     let best = &refined[0];
     let mut found: Vec<&Start> = Vec::new();
     for start in &refined[1..] {
         let good = start.objective <= best.objective * (1.0 + EQUALLY_GOOD);
-        let far = |other: &Start| other.choice != start.choice || distance(&other.point, &start.point) > APART;
+        let far =
+            |other: &Start| variants[other.choice].kinds != variants[start.choice].kinds || distance(&other.point, &start.point) > APART;
         if good && far(best) && found.iter().all(|o| far(o)) {
             found.push(start);
         }
@@ -324,7 +340,7 @@ fn several(
     found
         .into_iter()
         .map(|start| {
-            let model = model_of(prepared, options, &prepared.fine, COARSE.samples, start, None, &choices[start.choice], control)?;
+            let model = model_of(prepared, options, &prepared.fine, COARSE.samples, start, None, &variants[start.choice], control)?;
             let named = model
                 .variables
                 .iter()

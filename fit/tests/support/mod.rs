@@ -1,6 +1,8 @@
 //! Photographs of surfaces that are really there, by nothing of the fitter: rays to single threads and grooves, other triangles, other numbers at
 //! random; and what cameras do to them.
 
+pub mod question;
+
 use biscale::filter::Control;
 use biscale::low_discrepancy::{fraction, gaussian, sobol_2d};
 use biscale::material::{Material, SmallScale};
@@ -241,6 +243,11 @@ pub const LIGHTS: [[f64; 3]; 3] = [[0.427, -0.854, 0.299], [-0.885, -0.442, 0.14
 
 /// Photographs `small`, `repeats` of whose periods go once around the cylinder, into `folder`.
 pub fn set(folder: &Path, small: &SmallScale, repeats: f64, faults: &Faults, samples: u32) -> Set {
+    set_under(folder, small, repeats, LIGHTS, faults, samples)
+}
+
+/// The same under other lights.
+pub fn set_under(folder: &Path, small: &SmallScale, repeats: f64, lights: [[f64; 3]; 3], faults: &Faults, samples: u32) -> Set {
     let period = small.tile.period.x;
     let scale = repeats * period / (2.0 * PI);
     let size = 6.2 * period;
@@ -261,13 +268,13 @@ pub fn set(folder: &Path, small: &SmallScale, repeats: f64, faults: &Faults, sam
     for (k, (role, name)) in [("distant", "b"), ("validation", "c"), ("close-up", "a")].into_iter().enumerate() {
         let (on, view, rays) =
             if role == "close-up" { (On::Plane { size }, near, samples.div_ceil(4)) } else { (cylinder, DISTANT, samples) };
-        write(&photograph(small, on, view, LIGHTS[k], rays, faults, 7 + k as u64), &folder.join(format!("{name}.exr")));
+        write(&photograph(small, on, view, lights[k], rays, faults, 7 + k as u64), &folder.join(format!("{name}.exr")));
         tables.push_str(&format!("[[photograph]]\nrole = \"{role}\"\nimage = \"{name}.exr\"\n"));
         if role == "close-up" {
             tables.push_str(&camera(near, "photograph.camera"));
             tables.push_str(&format!("[photograph.object]\nkind = \"plane\"\nsize = [{size}, {size}]\n"));
         }
-        let light = vector(LIGHTS[k]);
+        let light = vector(lights[k]);
         tables.push_str(&format!("[photograph.light]\ntype = \"directional\"\nto_light = {light}\nirradiance_rgb = {PI}\n"));
     }
     Set { tables }

@@ -1,0 +1,233 @@
+//! The stages of a search: all starts on a coarse model, the best ones on a fine one, and the best one once more.
+
+use super::{COARSE, FINE, Options, POLISH_SAMPLES, Prepared, Stopwatch, recipe_of};
+use crate::cells::Cells;
+use crate::indirect::indirect;
+use crate::model::{self, Indirect, Model};
+use crate::optimise::{Limits, Optimiser};
+use crate::search::{self, APART, Shared, Stage, Start, Task, in_parallel};
+use crate::variant::{Variant, Variants};
+use biscale::error::{Error, Result};
+use biscale::filter::Control;
+
+/// Starts that are refined.
+const REFINED: usize = 3;
+/// Objective of the coarse model from which on surfaces that the start material's colours rule out are tried as well.
+const AT_A_LOSS: f64 = 4.0;
+
+/// A search.
+pub(super) struct Search<'a> {
+    pub(super) prepared: &'a Prepared<'a>,
+    pub(super) options: &'a Options,
+    pub(super) shared: &'a Shared<'a>,
+}
+
+/// What the search leaves.
+pub(super) struct Searched {
+    /// The starts, best first; only the first ones were refined.
+    pub(super) starts: Vec<Start>,
+    /// How many were.
+    pub(super) refined: usize,
+    /// What was added to direct light at last.
+    pub(super) indirect: Option<Indirect>,
+}
+
+impl Search<'_> {
+    /// The model of one start.
+    fn model<'m>(
+        &'m self,
+        cells: &'m [Cells],
+        samples: u32,
+        start: &Start,
+        indirect: Option<&'m Indirect>,
+        variants: &'m [Variant],
+    ) -> Result<Model<'m>> {
+        model_of(self.prepared, self.options, cells, samples, start, indirect, &variants[start.choice], self.shared.control)
+    }
+
+    fn limits(&self, stage: Stage, dimensions: usize) -> (Limits, f64) {
+        let effort = self.options.effort;
+        let (k, step, evaluations, confirm) = match stage {
+            Stage::Explore => (0, 0.2, 60 + 25 * dimensions, 0.0),
+            Stage::Refine if !effort.coarse_first => (1, 0.2, 200 + 80 * dimensions, 0.05),
+            Stage::Refine => (1, 0.08, 100 + 35 * dimensions, 0.04),
+            Stage::Polish => (1, 0.1, 40 + 10 * dimensions, 0.0),
+        };
+        (Limits { step, size: effort.size[k], cost: effort.cost[k], evaluations }, confirm)
+    }
+
+    /// One stage of some starts; the best first.
+    fn stage(
+        &self,
+        stage: Stage,
+        cells: &[Cells],
+        samples: u32,
+        starts: &[Start],
+        indirect: Option<&Indirect>,
+        variants: &[Variant],
+    ) -> Result<Vec<Start>> {
+        let dimensions = starts.first().map_or(0, |s| s.point.len());
+        let (limits, confirm) = self.limits(stage, dimensions);
+        self.shared.begin_stage(starts.len() * limits.evaluations * 2 / 3);
+        let Options { optimiser, joint, effort, .. } = *self.options;
+        let descends = effort.descent && optimiser == Optimiser::NelderMead && stage != Stage::Explore && !joint;
+        let optimiser = if descends { Optimiser::Lm } else { optimiser };
+        let task = Task { stage, optimiser, limits, confirm, seed: self.options.seed };
+        let one = |start: &Start| {
+            let model = match self.model(cells, samples, start, indirect, variants) {
+                // A start that was not begun is no reason to lose what the others have found.
+                Err(Error::Interrupted) => return Ok(Start { objective: f64::INFINITY, ..start.clone() }),
+                model => model?,
+            };
+            search::search(&model, start, &task, self.shared)
+        };
+        // A single start has all threads for itself.
+        let mut found = if let [start] = starts { vec![one(start)?] } else { in_parallel(starts, |_, start| one(start))? };
+        found.sort_by(|a, b| a.objective.total_cmp(&b.objective).then(a.number.cmp(&b.number)));
+        Ok(found)
+    }
+
+    pub(super) fn run(&self, watch: &mut Stopwatch<'_>) -> Result<Searched> {
+        let Self { prepared, options, shared } = *self;
+        let Variants { all, likely } = prepared.variants();
+        let variants = &all[..];
+        let nothing_moves = model::variables(prepared.spec).is_empty() && !options.joint;
+        let count = if nothing_moves { likely } else { options.starts.max(likely) };
+        let blank =
+            Start { number: 0, point: Vec::new(), objective: f64::INFINITY, evaluations: 0, converged: false, restarts: 0, choice: 0 };
+        let own = self.model(&prepared.coarse, COARSE.samples, &blank, None, variants)?;
+        // Starts are dealt out to the variants; `first` counts those that went before.
+        let deal = |first: usize, count: usize, variants: std::ops::Range<usize>| -> Vec<Start> {
+            let points = if nothing_moves { vec![Vec::new(); count] } else { search::starts(&own, count, options.seed) };
+            let one = |(k, point)| Start { number: first + k, point, choice: variants.start + k % variants.len(), ..blank.clone() };
+            points.into_iter().enumerate().map(one).collect()
+        };
+        let mut starts = deal(0, count, 0..likely);
+        if options.effort.coarse_first {
+            starts = self.stage(Stage::Explore, &prepared.coarse, COARSE.samples, &starts, None, variants)?;
+            let rest = likely..variants.len();
+            if starts[0].objective > AT_A_LOSS && !rest.is_empty() && (!shared.must_end() || !shared.memory.is_empty()) {
+                let others = deal(count, if nothing_moves { rest.len() } else { options.starts.max(rest.len()) }, rest);
+                let others = self.stage(Stage::Explore, &prepared.coarse, COARSE.samples, &others, None, variants)?;
+                // Ties are those of nothing evaluated.
+                starts.extend(others.into_iter().filter(|s| s.objective.is_finite()));
+                starts.sort_by(|a, b| a.objective.total_cmp(&b.objective).then(a.number.cmp(&b.number)));
+            }
+            watch.lap("explore");
+        }
+        if starts[0].evaluations == 0 && shared.must_end() {
+            return Err(Error::Interrupted);
+        }
+        let mut indirect = self.indirect(&starts[0], variants)?;
+        if indirect.is_some() {
+            watch.lap("interreflections");
+        }
+        // Of starts that ended in the same place the best one is enough.
+        let (chosen, rest) = choose(starts, variants, if options.effort.coarse_first { REFINED } else { usize::MAX });
+        let mut refined = chosen.clone();
+        if !shared.must_end() || !shared.memory.is_empty() {
+            refined = self.stage(Stage::Refine, &prepared.fine, FINE.samples, &chosen, indirect.as_ref(), variants)?;
+            // A start whose refinement did not begin stands where it stood.
+            refined.retain(|s| s.objective.is_finite());
+            watch.lap("refine");
+        }
+        if refined.is_empty() {
+            refined = chosen;
+        }
+        if !shared.must_end() || !shared.memory.is_empty() {
+            if indirect.is_some() {
+                indirect = self.indirect(&refined[0], variants)?;
+                watch.lap("interreflections");
+            }
+            let polished = self.stage(Stage::Polish, &prepared.fine, POLISH_SAMPLES, &refined[..1], indirect.as_ref(), variants)?;
+            if polished[0].objective.is_finite() {
+                refined[0] = polished[0].clone();
+            }
+            watch.lap("polish");
+        }
+        let count = refined.len();
+        refined.extend(rest);
+        Ok(Searched { starts: refined, refined: count, indirect })
+    }
+
+    /// The indirect light at a start, if the fit file asks for it.
+    fn indirect(&self, start: &Start, variants: &[Variant]) -> Result<Option<Indirect>> {
+        let prepared = self.prepared;
+        if prepared.spec.bounces == 0 {
+            return Ok(None);
+        }
+        if self.shared.control.check().is_err() {
+            return Ok(None);
+        }
+        let model = self.model(&prepared.fine, COARSE.samples, start, None, variants)?;
+        let Some(evaluated) = model.evaluate(&start.point, self.shared.control)? else { return Ok(None) };
+        let state = model.state(&start.point);
+        let recipe = recipe_of(prepared.spec, model.variant, &state, &model.unknowns, &evaluated.linear);
+        let small = recipe.material()?.build()?;
+        let close_up = prepared.close_up.as_ref();
+        let found =
+            indirect(&small, &prepared.fine, &state.lights, close_up, (prepared.spec.bounces, self.options.seed), self.shared.control)?;
+        Ok(Some(found))
+    }
+}
+
+/// The starts that are refined, the best one first, and the rest. The coarse model tells the sides of threads badly: the best start of each number of them
+/// comes before all others.
+fn choose(starts: Vec<Start>, variants: &[Variant], most: usize) -> (Vec<Start>, Vec<Start>) {
+    let mut chosen: Vec<Start> = Vec::new();
+    let sides = |start: &Start| variants[start.choice].sides;
+    for one_each in [true, false] {
+        for start in &starts {
+            let is_near = |other: &Start| other.choice == start.choice && distance(&other.point, &start.point) < 0.3 * APART;
+            let is_first = !chosen.iter().any(|other| sides(other) == sides(start));
+            if chosen.len() < most && (is_first || !one_each) && !chosen.iter().any(is_near) {
+                chosen.push(start.clone());
+            }
+        }
+    }
+    let is_chosen = |start: &Start| chosen.iter().any(|c| c.number == start.number);
+    let rest = starts.into_iter().filter(|s| !is_chosen(s)).collect();
+    (chosen, rest)
+}
+
+/// Largest distance in a coordinate.
+pub(super) fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+#[expect(clippy::too_many_arguments, reason = "what a model is made of")]
+pub(super) fn model_of<'m>(
+    prepared: &'m Prepared<'_>,
+    options: &Options,
+    cells: &'m [Cells],
+    samples: u32,
+    start: &Start,
+    indirect: Option<&'m Indirect>,
+    variant: &'m Variant,
+    control: &Control<'_>,
+) -> Result<Model<'m>> {
+    let spec = prepared.spec;
+    #[expect(clippy::cast_possible_truncation, reason = "all of the seed is used")]
+    let seed = biscale::random::hash_64(options.seed ^ (start.number as u64) << 32) as u32;
+    let close_up = prepared.close_up.as_ref();
+    let at = |values: &[f64]| Model::new(spec, cells, close_up, variant, indirect, samples, seed, values, prepared.opaque, control);
+    let own: Vec<f64> = spec.parameters.iter().map(|p| p.start).collect();
+    let mut model = at(&own)?;
+    if options.joint {
+        model.move_colours();
+    }
+    if !start.point.is_empty() {
+        // Samples are drawn where the search begins, or on the start material if there is no surface.
+        match at(&model.state(&start.point).values) {
+            Ok(mut moved) => {
+                if options.joint {
+                    moved.move_colours();
+                }
+                model = moved;
+            }
+            Err(Error::BadInput(_)) => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(model)
+}
