@@ -9,7 +9,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 /// Most pixels of an image.
-pub const MAX_PIXELS: u64 = 1 << 25;
+pub const MAX_PIXELS: u64 = 1 << 26;
 /// Most bytes that decoding may take.
 const MAX_BYTES: u64 = 1 << 29;
 
