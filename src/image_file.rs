@@ -11,7 +11,7 @@ use std::path::Path;
 /// Most pixels of an image.
 pub const MAX_PIXELS: u64 = 1 << 26;
 /// Most bytes that decoding may take.
-const MAX_BYTES: u64 = 1 << 29;
+const MAX_BYTES: u64 = 1 << 30;
 
 /// A decoded image of one or three channels, row 0 on top.
 #[derive(Clone, Debug, PartialEq)]
