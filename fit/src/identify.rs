@@ -7,8 +7,9 @@
 //! added to the covariance. The bounds count as knowledge as well, of a standard deviation of `range/√12`: what nothing tells has that one.
 
 use crate::linear::{cholesky, cholesky_solve};
-use crate::model::{Evaluated, HUBER, Model, Origin, UnknownKind, Variable};
+use crate::model::{Evaluated, HUBER, Model, Origin};
 use crate::search::in_parallel;
+use crate::unknowns::{UnknownKind, Variable};
 use biscale::error::Result;
 use biscale::filter::Control;
 use serde::Serialize;

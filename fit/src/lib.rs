@@ -32,5 +32,6 @@ pub mod search;
 pub mod spec;
 pub mod template;
 pub mod tile_view;
+pub mod unknowns;
 pub mod validate;
 pub mod variant;

@@ -6,13 +6,13 @@ use crate::linear::Normal;
 use crate::recipe::Recipe;
 use crate::spec::{Parameter, Spec};
 use crate::tile_view::TileView;
+use crate::unknowns::{Unknown, UnknownKind, Variable, colour_of, slots, unknowns, variables};
 use crate::variant::Variant;
-use biscale::brdf::Brdf;
 use biscale::direction::Pair;
 use biscale::error::{Error, Result};
 use biscale::filter::Control;
-use biscale::filter::frozen::{Frozen, Shares, Slot, SlotColour};
-use biscale::material::{Material, SmallScale, Surface, Tint};
+use biscale::filter::frozen::{Frozen, Shares, Slot};
+use biscale::material::{Material, SmallScale};
 
 /// Residuals beyond this many standard deviations count linearly (Huber 1964).
 pub const HUBER: f64 = 2.5;
@@ -21,6 +21,7 @@ const ROUNDS: usize = 12;
 const SETTLED: f64 = 1e-7;
 /// Standard deviation of the veil, as a share of the mean radiance of its photograph.
 const VEIL_SIGMA: f64 = 0.02;
+
 /// How fine a model is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Level {
@@ -28,47 +29,6 @@ pub struct Level {
     pub samples: u32,
     /// Most cells of all distant photographs.
     pub cells: usize,
-}
-
-/// What the search moves, one unknown in 0..1 each.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Variable {
-    /// A parameter of the fit file, by its place there.
-    Parameter(usize),
-    /// The light of a distant photograph: azimuth (0) or elevation (1), degrees.
-    Light {
-        /// Which photograph.
-        photograph: usize,
-        /// Which angle.
-        axis: usize,
-        /// Standard deviation, degrees; the bounds are [`LIGHT_REACH`] of them.
-        sigma: f64,
-    },
-    /// A linear unknown, in the mode that moves all together.
-    Linear(usize),
-}
-
-/// Bounds of a light's angles, in standard deviations.
-pub const LIGHT_REACH: f64 = 3.0;
-
-/// A linear unknown.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Unknown {
-    /// Its name, for people: `surface.warp.brdf.diffuse red`.
-    pub name: String,
-    /// What it is.
-    pub kind: UnknownKind,
-    /// Bounds.
-    pub bounds: [f64; 2],
-}
-
-/// What a linear unknown is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum UnknownKind {
-    /// A colour of the fit file, by its place there; in one channel, or in all.
-    Colour(usize, Option<usize>),
-    /// The veil of a distant photograph in a channel.
-    Veil(usize, usize),
 }
 
 /// Light that was reflected more than once, as it was found for one state of the material: kept while the search moves.
@@ -179,68 +139,6 @@ impl Evaluated {
 fn huber(r: f64) -> f64 {
     let a = r.abs();
     if a <= HUBER { a * a } else { HUBER * (2.0 * a - HUBER) }
-}
-
-/// The unknowns of a fit, in the order of the file: colours by channel, then veils.
-pub fn unknowns(spec: &Spec, distant: usize) -> Vec<Unknown> {
-    const CHANNELS: [&str; 3] = ["red", "green", "blue"];
-    let mut unknowns = Vec::new();
-    for (k, colour) in spec.colours.iter().enumerate() {
-        if colour.grey {
-            unknowns.push(Unknown { name: colour.key.clone(), kind: UnknownKind::Colour(k, None), bounds: colour.bounds });
-        } else {
-            unknowns.extend((0..3).map(|c| Unknown {
-                name: format!("{} {}", colour.key, CHANNELS[c]),
-                kind: UnknownKind::Colour(k, Some(c)),
-                bounds: colour.bounds,
-            }));
-        }
-    }
-    if spec.veil {
-        for p in 0..distant {
-            unknowns.extend((0..3).map(|c| Unknown {
-                name: format!("veil {} {}", p + 1, CHANNELS[c]),
-                kind: UnknownKind::Veil(p, c),
-                bounds: [0.0, 1e9],
-            }));
-        }
-    }
-    unknowns
-}
-
-/// What the search moves: free parameters, then the lights of the distant photographs.
-pub fn variables(spec: &Spec) -> Vec<Variable> {
-    let parameters = spec.parameters.iter().enumerate().filter(|(_, p)| p.is_free()).map(|(k, _)| Variable::Parameter(k));
-    let lights = spec.of_role(crate::photograph::Role::Distant).enumerate().flat_map(|(photograph, p)| {
-        let sigma = p.light_sigma_deg;
-        (0..2).filter(move |_| sigma > 0.0).map(move |axis| Variable::Light { photograph, axis, sigma })
-    });
-    parameters.chain(lights).collect()
-}
-
-impl Variable {
-    /// Its value at a place between its bounds.
-    pub fn at(&self, spec: &Spec, unknowns: &[Unknown], unit: f64) -> f64 {
-        match self {
-            Self::Parameter(k) => spec.parameters[*k].at(unit),
-            Self::Light { sigma, .. } => LIGHT_REACH * sigma * (2.0 * unit - 1.0),
-            Self::Linear(k) => unknowns[*k].bounds[0] + unit * (unknowns[*k].bounds[1].min(1.0) - unknowns[*k].bounds[0]),
-        }
-    }
-
-    /// Its name, for people.
-    pub fn name(&self, spec: &Spec, unknowns: &[Unknown]) -> String {
-        match self {
-            Self::Parameter(k) => spec.parameters[*k].key.clone(),
-            Self::Light { photograph, axis, .. } => format!("light {} {}", photograph + 1, ["azimuth_deg", "elevation_deg"][*axis]),
-            Self::Linear(k) => unknowns[*k].name.clone(),
-        }
-    }
-
-    /// Width of its bounds.
-    pub fn range(&self, spec: &Spec, unknowns: &[Unknown]) -> f64 {
-        self.at(spec, unknowns, 1.0) - self.at(spec, unknowns, 0.0)
-    }
 }
 
 /// Writes the values of parameters into a recipe.
@@ -517,28 +415,6 @@ pub struct State {
     pub lights: Vec<[f64; 2]>,
     /// Linear unknowns that the search moves.
     pub linear: Vec<(usize, f64)>,
-}
-
-/// All colours that light is proportional to.
-pub fn slots(surfaces: &[Surface]) -> Vec<Slot> {
-    let of = |(surface, s): (usize, &Surface)| Slot::of(&s.brdf).iter().map(move |&colour| Slot { surface, colour }).collect::<Vec<_>>();
-    surfaces.iter().enumerate().flat_map(of).collect()
-}
-
-/// The colour of a slot as the material has it.
-pub fn colour_of(small: &SmallScale, slot: Slot) -> [f64; 3] {
-    let surface = &small.surfaces[slot.surface];
-    match (&surface.brdf, slot.colour) {
-        (Brdf::Lambert { albedo }, _) => *albedo,
-        (Brdf::BlinnPhong { diffuse, .. } | Brdf::CookTorrance { diffuse, .. } | Brdf::Ward { diffuse, .. }, SlotColour::Diffuse) => {
-            *diffuse
-        }
-        (Brdf::BlinnPhong { specular, .. } | Brdf::CookTorrance { specular, .. } | Brdf::Ward { specular, .. }, _) => *specular,
-        (Brdf::Measured(_), _) => match surface.tint {
-            Tint::Uniform(tint) => tint,
-            Tint::Image(_) => [1.0; 3],
-        },
-    }
 }
 
 /// The unknowns that make Huber's loss of the rows least, by reweighted least squares.

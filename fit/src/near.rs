@@ -1,8 +1,9 @@
 //! The close-up's equations: the cover, the light and the tones of each kind of its pixels, against those of a period of the surface.
 
 use crate::close_up::{CloseUp, Kind};
-use crate::model::{Model, Origin, Row, Sorting, colour_of};
+use crate::model::{Model, Origin, Row, Sorting};
 use crate::tile_view::{Part, TileView};
+use crate::unknowns::colour_of;
 use biscale::error::Result;
 use biscale::filter::Control;
 use biscale::geometry::Geometry;

@@ -3,13 +3,14 @@
 use crate::cells::{Cells, Sight, scene_of, sights};
 use crate::close_up::CloseUp;
 use crate::identify::{Identified, Profile};
-use crate::model::{self, Level, Model, State, Unknown, UnknownKind};
+use crate::model::{self, Level, Model, State};
 use crate::optimise::Optimiser;
 use crate::photograph::{Photograph, Role};
 use crate::picture::Picture;
 use crate::recipe::Recipe;
 use crate::search::{Entry, Memory, Shared, Stage, Start};
 use crate::spec::Spec;
+use crate::unknowns::{self, Unknown, UnknownKind};
 use crate::validate::Validation;
 use crate::variant::{Variant, Variants};
 use biscale::error::Result;
@@ -218,7 +219,7 @@ pub struct Survey {
 /// Bad input; `Interrupted`.
 pub fn survey(spec: &Spec, control: &Control<'_>) -> Result<Survey> {
     let prepared = Prepared::new(spec, control)?;
-    let unknowns = model::unknowns(spec, prepared.distant.len());
+    let unknowns = unknowns::unknowns(spec, prepared.distant.len());
     Ok(Survey {
         distant: prepared
             .distant
@@ -226,7 +227,7 @@ pub fn survey(spec: &Spec, control: &Control<'_>) -> Result<Survey> {
             .zip(&prepared.fine)
             .map(|(p, c)| (p.file.display().to_string(), c.pixels, c.cells.len()))
             .collect(),
-        variables: model::variables(spec).iter().map(|v| v.name(spec, &unknowns)).collect(),
+        variables: unknowns::variables(spec).iter().map(|v| v.name(spec, &unknowns)).collect(),
         unknowns: unknowns.into_iter().map(|u| u.name).collect(),
         close_up: prepared.close_up,
         notes: prepared.notes,
@@ -291,7 +292,7 @@ fn is_opaque(material: &Material, tile: &Tile, control: &Control<'_>) -> Result<
 fn surface_colour(small: &SmallScale, surface: usize) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for &colour in Slot::of(&small.surfaces[surface].brdf) {
-        let c = model::colour_of(small, Slot { surface, colour });
+        let c = unknowns::colour_of(small, Slot { surface, colour });
         (0..3).for_each(|k| sum[k] += c[k]);
     }
     sum

@@ -5,8 +5,9 @@
 //! earlier one makes the same steps up to where that one ended.
 
 use crate::descent::{self, Evaluate};
-use crate::model::{Evaluated, Model, Variable};
+use crate::model::{Evaluated, Model};
 use crate::optimise::{self, Found, Limits, Optimiser};
+use crate::unknowns::Variable;
 use biscale::error::{Error, Result};
 use biscale::filter::Control;
 use biscale::low_discrepancy::{fraction, hash};

@@ -239,7 +239,7 @@ fn smooth<T: Copy + Default>(picture: &mut [T], size: usize, kernels: &[Vec<f64>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::slots;
+    use crate::unknowns::slots;
     use biscale::material::Material;
     use biscale::toml_reader::Source;
 

@@ -11,10 +11,11 @@ use biscale::render::world::World;
 use biscale_fit::cells::{Cells, scene_of, sights};
 use biscale_fit::close_up::CloseUp;
 use biscale_fit::identify::Known;
-use biscale_fit::model::{Evaluated, Model, Origin, Variable};
+use biscale_fit::model::{Evaluated, Model, Origin};
 use biscale_fit::photograph::Role;
 use biscale_fit::run::{FINE, Options, Outcome, POLISH_SAMPLES};
 use biscale_fit::spec::Spec;
+use biscale_fit::unknowns::Variable;
 use biscale_fit::variant::Variants;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -154,8 +155,8 @@ fn compare_with_truth(spec: &Spec, outcome: &Outcome, truths: &[Option<f64>], li
             .enumerate()
             .map(|(s, _)| {
                 let mut sum = [0.0; 3];
-                for slot in biscale_fit::model::slots(&small.surfaces).into_iter().filter(|slot| slot.surface == s) {
-                    let c = biscale_fit::model::colour_of(&small, slot);
+                for slot in biscale_fit::unknowns::slots(&small.surfaces).into_iter().filter(|slot| slot.surface == s) {
+                    let c = biscale_fit::unknowns::colour_of(&small, slot);
                     (0..3).for_each(|k| sum[k] += c[k]);
                 }
                 sum

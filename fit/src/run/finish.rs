@@ -6,11 +6,12 @@ use super::{Compared, Early, FINE, Options, Outcome, POLISH_SAMPLES, PROFILES, P
 use crate::cells::{Cells, turned};
 use crate::identify;
 use crate::indirect::indirect;
-use crate::model::{self, Indirect, Model, UnknownKind};
+use crate::model::{Indirect, Model};
 use crate::photograph::{Photograph, Role};
 use crate::picture;
 use crate::recipe::Recipe;
 use crate::search::{APART, Shared, Start, in_parallel};
+use crate::unknowns::{self, UnknownKind};
 use crate::validate::{self, Validation, verdict};
 use crate::variant::{self, Variant};
 use biscale::error::Result;
@@ -50,7 +51,7 @@ pub(super) fn finish(
     report("identify", 0.0);
     // Whatever the search moved, the colours are solved for here.
     let solved = Options { joint: false, ..options.clone() };
-    let projected = |start: &Start| Start { point: start.point[..model::variables(spec).len()].to_vec(), ..start.clone() };
+    let projected = |start: &Start| Start { point: start.point[..unknowns::variables(spec).len()].to_vec(), ..start.clone() };
     let best = &projected(best);
     let model = model_of(prepared, &solved, &prepared.fine, POLISH_SAMPLES, best, indirect.as_ref(), &variants[best.choice], control)?;
     let Some(evaluated) = model.evaluate(&best.point, control)? else {
@@ -144,7 +145,7 @@ pub(super) fn finish(
     }
     let failures = failures(training, &validations, &starts[0]);
     report("report", 1.0);
-    let variables = model::variables(spec);
+    let variables = unknowns::variables(spec);
     Ok(Outcome {
         coordinates: if options.joint {
             coordinates(&model, true)
@@ -303,7 +304,7 @@ fn predict(
     veil: [f64; 3],
     control: &Control<'_>,
 ) -> Result<Vec<[f64; 3]>> {
-    let slots = model::slots(&small.surfaces);
+    let slots = unknowns::slots(&small.surfaces);
     let pairs = cells.pairs([0.0; 2]);
     let frozen = Frozen::new(small, 4 * POLISH_SAMPLES, 0, &pairs, control)?;
     let shares = frozen.on(small, control)?.shares(&pairs, &slots)?;
@@ -311,7 +312,7 @@ fn predict(
         let cell = &cells.cells[k];
         let factor = cell.inverse_cosine * if opaque && shares.av[k] > 0.0 { cell.wo.z / shares.av[k] } else { 1.0 };
         std::array::from_fn(|c| {
-            let direct: f64 = slots.iter().zip(&shares.s).map(|(slot, s)| s[k][c] * model::colour_of(small, *slot)[c]).sum();
+            let direct: f64 = slots.iter().zip(&shares.s).map(|(slot, s)| s[k][c] * unknowns::colour_of(small, *slot)[c]).sum();
             let extra = indirect.map_or(0.0, |i| i.cells[0][k][c]);
             cell.irradiance[c] * (factor * direct + extra) + veil[c]
         })

@@ -3,9 +3,10 @@
 use super::{COARSE, FINE, Options, POLISH_SAMPLES, Prepared, Stopwatch, recipe_of};
 use crate::cells::Cells;
 use crate::indirect::indirect;
-use crate::model::{self, Indirect, Model};
+use crate::model::{Indirect, Model};
 use crate::optimise::{Limits, Optimiser};
 use crate::search::{self, APART, Shared, Stage, Start, Task, in_parallel};
+use crate::unknowns;
 use crate::variant::{Variant, Variants};
 use biscale::error::{Error, Result};
 use biscale::filter::Control;
@@ -91,7 +92,7 @@ impl Search<'_> {
         let Self { prepared, options, shared } = *self;
         let Variants { all, likely } = prepared.variants();
         let variants = &all[..];
-        let nothing_moves = model::variables(prepared.spec).is_empty() && !options.joint;
+        let nothing_moves = unknowns::variables(prepared.spec).is_empty() && !options.joint;
         let count = if nothing_moves { likely } else { options.starts.max(likely) };
         let blank =
             Start { number: 0, point: Vec::new(), objective: f64::INFINITY, evaluations: 0, converged: false, restarts: 0, choice: 0 };
