@@ -444,16 +444,24 @@ impl Run<'_, '_> {
             let list = demand.take().expect("put back below");
             let round_began = spent();
             let prepared = Prepared::new(&self.tracer, pairs, list, samples)?;
+            let [facets, visibility] = prepared.seconds();
+            self.seconds[1] += facets;
+            self.seconds[2] += visibility;
+            let barely_seen = prepared.barely_seen(&self.tracer.surface);
+            let searching = self.search(barely_seen, samples, pairs.len());
+            let last = quality.plan.is_some() || 2 * samples > most;
+            if searching && !last && quality.budget.is_none() {
+                // What does not see enough need not be summed.
+                samples *= 2;
+                demand = Some(prepared.into_demand());
+                continue;
+            }
             let summing = spent();
             let (values, relative_rms) = prepared.evaluate(&self.small.surfaces, &self.control)?;
-            let [facets, visibility] = prepared.seconds();
-            for (stage, seconds) in self.seconds[1..].iter_mut().zip([facets, visibility, spent() - summing]) {
-                *stage += seconds;
-            }
-            let barely_seen = prepared.barely_seen(&self.tracer.surface);
-            let met = SAFETY * relative_rms <= quality.tolerance && !self.search(barely_seen, samples, pairs.len());
+            self.seconds[3] += spent() - summing;
+            let met = SAFETY * relative_rms <= quality.tolerance && !searching;
             let affordable = quality.budget.is_none_or(|b| spent() + 2.0 * (spent() - round_began) <= PLANNED * b);
-            if met || !affordable || quality.plan.is_some() || 2 * samples > most {
+            if met || !affordable || last {
                 return Ok(Outcome { values, relative_rms, plan: Plan { start: samples, doublings: 0, ..plan }, barely_seen });
             }
             samples *= 2;
