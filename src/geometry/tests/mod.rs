@@ -102,8 +102,11 @@ fn every_template_loads_and_builds() {
 fn a_template_writes_the_defaults() {
     let of = |text: &str| Material::parse(&Source { path: "t.toml".into(), text: text.into() }).unwrap().build().unwrap().tile;
     for kind in ["grooves", "pyramids", "rods", "weave"] {
-        // Numbers in a template are written to twelve digits.
         let (written, default) = (of(&template(kind).unwrap()), build(&format!("kind = \"{kind}\"")));
+        if kind != "weave" {
+            assert_eq!(written, default, "{kind}");
+        }
+        // A third of a width is written to twelve digits.
         assert_eq!((&written.triangles, written.period), (&default.triangles, default.period), "{kind}");
         let apart = |(a, b): (&DVec3, &DVec3)| a.distance(*b) / default.period.max_element();
         assert!(written.vertices.iter().zip(&default.vertices).map(apart).all(|d| d < 1e-11), "{kind}");
