@@ -64,6 +64,30 @@ fn plain_cloth_and_twills_are_named_and_measured() {
     }
 }
 
+/// Pixels that meet the same places of all threads leave bins of the fold without any.
+#[test]
+fn threads_that_lie_along_the_pixels_are_measured() {
+    for pitch in [[10.0, 10.0], [14.0, 11.0]] {
+        let cloth = Cloth { draft: Cloth::draft_of(2, 2, 1), pitch, fill: [0.74, 0.76], turn_deg: 0.0, uneven: 0.0, ..base() };
+        let weave = see(&cloth.draw()).weave.unwrap();
+        for (axis, (fill, pitch)) in [weave.warp, weave.weft].into_iter().zip(cloth.fill.into_iter().zip(pitch)) {
+            assert!((axis.width.value / (fill * pitch) - 1.0).abs() < 0.05, "{:?}, drawn {}", axis.width, fill * pitch);
+        }
+    }
+}
+
+#[test]
+fn threads_of_unlike_pitch_are_recognised() {
+    for pitch in [[8.5, 38.0], [36.0, 8.0]] {
+        let cloth = Cloth { draft: Cloth::draft_of(2, 1, 1), pitch, size: [480, 480], ..base() };
+        let weave = see(&cloth.draw()).weave.unwrap();
+        assert_eq!(weave.class, Class::Twill { over: 2, under: 1, direction: Direction::Z });
+        for (axis, pitch) in [weave.warp, weave.weft].into_iter().zip(pitch) {
+            assert!((axis.pitch.value / pitch - 1.0).abs() < 0.01, "{:?}, drawn with {pitch}", axis.pitch);
+        }
+    }
+}
+
 fn save(picture: &Picture, path: &str) {
     let top = picture.rgb.iter().flatten().fold(0.0_f32, |a, &b| a.max(b)) * 0.7;
     let bytes: Vec<u8> = picture.rgb.iter().flat_map(|p| p.map(|v| ((v / top).clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0) as u8)).collect();
