@@ -96,7 +96,7 @@ fn save(picture: &Picture, path: &str) {
 
 /// A photograph of noise, or of a height profile along x.
 fn drawn(size: usize, value: impl Fn(f64, f64) -> f64, noise: f64) -> Picture {
-    let mut random = cloth::Random(5);
+    let mut random = cloth::Random::new(5);
     let rgb = (0..size * size)
         .map(|k| {
             let light = value((k % size) as f64 + 0.5, (k / size) as f64 + 0.5) + noise * random.normal();
@@ -115,7 +115,7 @@ fn codes(analysis: &Analysis) -> Vec<Code> {
 fn a_cloth_of_jagged_edges_keeps_its_lattice() {
     let (pitch, width, turn) = ([12.0, 14.0], 0.85, 0.03_f64);
     let draft = Cloth::draft_of(2, 1, 1);
-    let mut random = cloth::Random(1);
+    let mut random = cloth::Random::new(1);
     let mut seen = Picture { width: 480, height: 400, rgb: Vec::new() };
     for k in 0..seen.width * seen.height {
         let (x, y) = ((k % seen.width) as f64, (seen.height - 1 - k / seen.width) as f64);
@@ -344,7 +344,7 @@ fn cached(cloth: &Cloth) -> Picture {
 }
 
 fn try_catalogue(count: usize, seed: u64, only: Option<usize>) -> Vec<Outcome> {
-    let mut random = cloth::Random(seed);
+    let mut random = cloth::Random::new(seed);
     let cloths: Vec<(Class, Cloth)> = (0..count).map(|k| catalogue::random_cloth(k, &mut random)).collect();
     cloths
         .into_iter()
