@@ -17,6 +17,7 @@ use crate::error::Result;
 use crate::facets::{ALIGNMENT, Clustering, Runs, SETS};
 use crate::low_discrepancy::hash;
 use crate::material::{SmallScale, Surface, Tint};
+use glam::DVec3;
 use std::ops::Range;
 
 /// Fewest samples without a budget: below this the spread of eight sets says little.
@@ -353,7 +354,7 @@ impl Run<'_, '_> {
             let wanted = needed(total.samples, SAFETY * relative_rms / quality.tolerance);
             self.wanted = wanted;
             let affordable = |samples: u32| budget.is_none_or(|b| spent() + per_sample * f64::from(samples) <= b);
-            let barely_seen = prepared::barely_seen(&self.tracer.surface, &self.demand.directions, &total.areas);
+            let barely_seen = prepared::barely_seen(&self.tracer.surface, &self.demand.directions, &total.areas).len();
             let met = SAFETY * relative_rms <= quality.tolerance && !self.search(barely_seen, total.samples, self.demand.pairs.len());
             if met || total.samples == MAX_SAMPLES || !affordable(total.samples) {
                 return Ok(Outcome { values, relative_rms, plan, barely_seen });
@@ -420,7 +421,7 @@ impl Run<'_, '_> {
             total = total.merge(&self.block(total.samples, total.samples)?.0);
         }
         let (values, relative_rms) = self.values(&total);
-        let barely_seen = prepared::barely_seen(&self.tracer.surface, &self.demand.directions, &total.areas);
+        let barely_seen = prepared::barely_seen(&self.tracer.surface, &self.demand.directions, &total.areas).len();
         Ok(Outcome { values, relative_rms, plan, barely_seen })
     }
 
@@ -447,12 +448,13 @@ impl Run<'_, '_> {
             let [facets, visibility] = prepared.seconds();
             self.seconds[1] += facets;
             self.seconds[2] += visibility;
-            let barely_seen = prepared.barely_seen(&self.tracer.surface);
+            let hidden = prepared.barely_seen(&self.tracer.surface);
+            let barely_seen = hidden.len();
             let searching = self.search(barely_seen, samples, pairs.len());
             let last = quality.plan.is_some() || 2 * samples > most;
             if searching && !last && quality.budget.is_none() {
                 // What does not see enough need not be summed.
-                samples *= 2;
+                samples = self.enough_to_see(&hidden, 2 * samples, most, pairs.len())?;
                 demand = Some(prepared.into_demand());
                 continue;
             }
@@ -467,6 +469,25 @@ impl Run<'_, '_> {
             samples *= 2;
             demand = Some(prepared.into_demand());
         }
+    }
+
+    /// `samples`, or so many times two as these few `directions` need for [`Self::search`] to end, up to `most`.
+    fn enough_to_see(&mut self, directions: &[DVec3], mut samples: u32, most: u32, pairs: usize) -> Result<u32> {
+        while 2 * samples <= most && self.search(directions.len(), samples, pairs) {
+            let mut areas = vec![[0.0; SETS]; directions.len()];
+            let parts = samples.div_ceil(BATCH);
+            for part in 0..parts {
+                let batch = self.tracer.batch(Runs::of_block(0, samples, part, parts), directions)?;
+                self.seconds[1] += batch.seconds[0];
+                self.seconds[2] += batch.seconds[1];
+                prepared::add_areas(&batch, directions, &mut areas);
+            }
+            if prepared::barely_seen(&self.tracer.surface, directions, &areas).is_empty() {
+                break;
+            }
+            samples *= 2;
+        }
+        Ok(samples)
     }
 
     /// Sums of the samples `start..start + length`; and the batch, if it is one.
@@ -484,7 +505,7 @@ impl Run<'_, '_> {
         for part in 0..parts {
             let batch = self.tracer.batch(Runs::of_block(start, length, part, parts), &self.demand.directions)?;
             let began = (self.control.clock)();
-            prepared::add_areas(&batch, &self.demand, &mut sums.areas);
+            prepared::add_areas(&batch, &self.demand.directions, &mut sums.areas);
             prepared::add_pairs(&batch, &self.demand, &self.tasks, &materials, &mut sums.pairs);
             let summed = (self.control.clock)() - began;
             for (k, seconds) in [batch.seconds[0], batch.seconds[1], summed].into_iter().enumerate() {
@@ -515,7 +536,7 @@ impl Run<'_, '_> {
         };
         let (by_clusters, by_facets) = (sums(true), sums(false));
         let mut areas = vec![[0.0; SETS]; demand.directions.len()];
-        prepared::add_areas(&batch, &demand, &mut areas);
+        prepared::add_areas(&batch, &demand.directions, &mut areas);
         let total = |s: &PairSums, c: usize| s.iter().map(|set| set[c]).sum::<f64>();
         let (mut difference, mut energy) = (0.0, 0.0);
         for ((a, b), [_, viewer]) in by_clusters.iter().zip(&by_facets).zip(&demand.pairs) {

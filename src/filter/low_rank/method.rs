@@ -530,7 +530,7 @@ impl Run<'_> {
         let samples = u32::try_from(facets.samples).expect("at most MAX_FACETS");
         let batch = Batch { facets, bits, seconds: [0.0; 2] };
         let mut areas = vec![[0.0; SETS]; demand.directions.len()];
-        prepared::add_areas(&batch, demand, &mut areas);
+        prepared::add_areas(&batch, &demand.directions, &mut areas);
         let lobes = prepared::surface_lobes(&self.small.surfaces);
         let materials = Materials::new(&self.tracer.surface.groups, &lobes, false);
         let mut sums = vec![[[0.0; 3]; SETS]; demand.pairs.len()];
