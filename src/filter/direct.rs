@@ -144,7 +144,7 @@ pub(super) fn traced<'a>(
             run.weigh_as(plan)?;
             Some(plan)
         }
-        None => in_part.then(|| run.find(quality, &spent, long)).transpose()?,
+        None => in_part.then(|| run.find(quality, &spent, pairs.len(), long)).transpose()?,
     };
     let mut outcome = match (plan, found) {
         (_, Some(found)) if long => run.whole(pairs, demand, found, quality, &spent)?,

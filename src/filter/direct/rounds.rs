@@ -77,6 +77,8 @@ pub(super) struct Outcome {
     pub(super) plan: Plan,
     /// Directions for which [`prepared::barely_seen`] holds.
     pub(super) barely_seen: usize,
+    /// Samples below which [`Run::search`] looked for more; 0 where it did not.
+    seen_from: u32,
 }
 
 impl Run<'_, '_> {
@@ -106,8 +108,8 @@ impl Run<'_, '_> {
         barely_seen > 0 && samples < MOST_SEARCH && sums < MOST_SEARCH_SUMS
     }
 
-    /// Finds, on a part of a list that may be `long`, the samples with which to begin on the whole.
-    pub(super) fn find(&mut self, quality: &Quality, spent: &dyn Fn() -> f64, long: bool) -> Result<Plan> {
+    /// Finds, on a part of a list of so many `pairs`, which may be `long`, the samples with which to begin on the whole.
+    pub(super) fn find(&mut self, quality: &Quality, spent: &dyn Fn() -> f64, pairs: usize, long: bool) -> Result<Plan> {
         let first = self.first();
         if !long && self.start.enough <= first {
             return Ok(Plan { start: first, doublings: 0, weighted: false, by_part: false, narrowed: 0 });
@@ -116,10 +118,11 @@ impl Run<'_, '_> {
         let tried = self.adapt(quality, spent, PART_BUDGET, None)?;
         let samples = match quality.budget {
             // Rounds overshoot: between them the error tells. Too few are doubled where that costs little more than having had
-            // them at once; a long list has each round anew.
+            // them at once; a long list has each round anew. What the part's directions hardly see the whole's do not see either.
             None => {
                 let margin = if long { MARGIN } else { 1.0 };
-                required(tried.plan.samples(), SAFETY * tried.relative_rms / quality.tolerance, margin).max(first)
+                let wanted = required(tried.plan.samples(), SAFETY * tried.relative_rms / quality.tolerance, margin).max(first);
+                if self.search(1, wanted, pairs) { wanted.max(tried.seen_from) } else { wanted }
             }
             Some(_) => tried.plan.samples(),
         };
@@ -142,6 +145,7 @@ impl Run<'_, '_> {
             },
         };
         let mut block_began = spent();
+        let mut seen_from = 0;
         let (mut total, mut batch) = self.block(0, plan.start)?;
         loop {
             let per_sample = (spent() - block_began) / f64::from(total.samples >> u32::from(plan.doublings > 0));
@@ -150,9 +154,11 @@ impl Run<'_, '_> {
             self.wanted = wanted;
             let affordable = |samples: u32| budget.is_none_or(|b| spent() + per_sample * f64::from(samples) <= b);
             let barely_seen = prepared::barely_seen(&self.tracer.surface, &self.demand.directions, &total.areas).len();
-            let met = SAFETY * relative_rms <= quality.tolerance && !self.search(barely_seen, total.samples, self.demand.pairs.len());
+            let searching = self.search(barely_seen, total.samples, self.demand.pairs.len());
+            seen_from = if searching { 2 * total.samples } else { seen_from.min(total.samples) };
+            let met = SAFETY * relative_rms <= quality.tolerance && !searching;
             if met || total.samples == MAX_SAMPLES || !affordable(total.samples) {
-                return Ok(Outcome { values, relative_rms, plan, barely_seen });
+                return Ok(Outcome { values, relative_rms, plan, barely_seen, seen_from });
             }
             block_began = spent();
             let pays = wanted > 2 * total.samples && !self.tracer.is_clustered();
@@ -217,7 +223,7 @@ impl Run<'_, '_> {
         }
         let (values, relative_rms) = self.values(&total);
         let barely_seen = prepared::barely_seen(&self.tracer.surface, &self.demand.directions, &total.areas).len();
-        Ok(Outcome { values, relative_rms, plan, barely_seen })
+        Ok(Outcome { values, relative_rms, plan, barely_seen, seen_from: 0 })
     }
 
     /// The whole of a long list, with the density, and at first the number of samples, that its part found.
@@ -266,7 +272,13 @@ impl Run<'_, '_> {
             let met = SAFETY * relative_rms <= quality.tolerance && !searching;
             let affordable = quality.budget.is_none_or(|b| spent() + 2.0 * (spent() - round_began) <= PLANNED * b);
             if met || !affordable || last {
-                return Ok(Outcome { values, relative_rms, plan: Plan { start: samples, doublings: 0, ..plan }, barely_seen });
+                return Ok(Outcome {
+                    values,
+                    relative_rms,
+                    plan: Plan { start: samples, doublings: 0, ..plan },
+                    barely_seen,
+                    seen_from: 0,
+                });
             }
             samples *= 2;
             demand = Some(prepared.into_demand());
