@@ -19,6 +19,8 @@ pub const HUBER: f64 = 2.5;
 /// Most rounds of reweighting, and the change of the objective that ends them.
 const ROUNDS: usize = 12;
 const SETTLED: f64 = 1e-7;
+/// How often the model's period is laid on that of the close-up anew, with the colours that were found.
+const ALIGNMENTS: usize = 2;
 /// Standard deviation of the veil, as a share of the mean radiance of its photograph.
 const VEIL_SIGMA: f64 = 0.02;
 
@@ -87,6 +89,8 @@ pub struct Model<'a> {
     pub unknowns: Vec<Unknown>,
     /// What is added to direct light.
     pub indirect: Option<&'a Indirect>,
+    /// Height at which the periods of the close-up were laid on top of each other, if it is known: see [`Model::settle_height`].
+    pub height: Option<f64>,
     frozen: Frozen,
     pub(crate) samples: u32,
     pub(crate) seed: u32,
@@ -185,12 +189,18 @@ impl<'a> Model<'a> {
             variables: variables(spec),
             unknowns: unknowns(spec, photographs.len()),
             indirect,
+            height: None,
             frozen: Frozen::new(&small, samples, seed, &pairs, control)?,
             samples,
             seed,
             opaque,
             slots,
         })
+    }
+
+    /// Whether the close-up is compared place by place of its mean period.
+    pub fn near_places(&self) -> bool {
+        self.mean_period().is_some()
     }
 
     /// Lets the search move the colours, too.
@@ -202,7 +212,9 @@ impl<'a> Model<'a> {
     /// How many residuals [`Evaluated::fixed`] begins with that come from the close-up.
     pub fn covers(&self) -> usize {
         match self.close_up {
-            Some(c) if c.pair.is_some() && c.tells_surfaces_apart(self.spec.material.surfaces.len()) => c.kinds.len(),
+            Some(c) if self.mean_period().is_none() && c.pair.is_some() && c.tells_surfaces_apart(self.spec.material.surfaces.len()) => {
+                c.kinds.len()
+            }
             _ => 0,
         }
     }
@@ -271,6 +283,24 @@ impl<'a> Model<'a> {
             upper.clone_from_slice(held);
         }
         let looked = self.look(&state, &small, control)?;
+        if let Some(view) = looked.near.as_ref().filter(|_| self.mean_period().is_some()) {
+            // Where in the period the picture begins answers to the colours a little, and these to it.
+            let solved = |shift| {
+                let (rows, fixed) = self.equations(&state, &small, &looked, Sorting::Laid(shift));
+                solve(rows, fixed, &lower, &upper)
+            };
+            let from = |mut shift| {
+                if linear.is_none() {
+                    for _ in 0..ALIGNMENTS {
+                        shift = self.laid_better(view, &small, &solved(shift).linear, shift);
+                    }
+                } else {
+                    shift = self.laid_better(view, &small, &lower, shift);
+                }
+                solved(shift)
+            };
+            return Ok(self.laid(view, &small).into_iter().map(from).min_by(|a, b| a.objective.total_cmp(&b.objective)));
+        }
         if let Some(held) = linear {
             let (rows, fixed) = self.equations(&state, &small, &looked, Sorting::ByColour(held));
             return Ok(Some(solve(rows, fixed, &lower, &upper)));
@@ -397,6 +427,8 @@ pub(crate) enum Sorting<'a> {
     BySurface,
     /// By colour, where the unknowns are these.
     ByColour(&'a [f64]),
+    /// Not at all: place by place of the mean period, with this shift.
+    Laid([f64; 2]),
 }
 
 /// The surface as the photographs need it.

@@ -83,6 +83,9 @@ fn answers(scene: &Scene, seed: u64) -> (Outcome, Vec<Answer>) {
         scene.name, outcome.objective, outcome.identified.chi2, outcome.training, validation.relative_rms, validation.verdict
     );
     let known = &outcome.identified.known;
+    let period = outcome.close_up.as_ref().unwrap().period.map(|p| p.map_or(0.0, |p| 100.0 * (p.length - 1.0)));
+    println!("  period {:+.2} %, {:+.2} %", period[0], period[1]);
+    assert!(period.iter().all(|p| p.abs() < 1.0), "{}: {period:?}", scene.name);
     let mut found = Vec::new();
     for ((known, truth), dominant) in known.iter().zip(&truths).zip(is_dominant) {
         let Some(truth) = *truth else { continue };

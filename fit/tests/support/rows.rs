@@ -8,6 +8,7 @@ use biscale::render::world::World;
 use biscale_fit::cells::{Cells, scene_of, sights};
 use biscale_fit::close_up::CloseUp;
 use biscale_fit::descent::{Evaluate, descend};
+use biscale_fit::mean_period::uniform;
 use biscale_fit::model::{Evaluated, Model, Origin};
 use biscale_fit::optimise::Limits;
 use biscale_fit::photograph::Role;
@@ -61,7 +62,7 @@ fn rows(model: &Model<'_>, evaluated: &Evaluated) -> BTreeMap<String, (f64, f64,
             Origin::Cell(p, _, c) => format!("cells {p} {c}"),
             Origin::CloseUp => {
                 place += 1;
-                format!("near {:02}", place - 1)
+                if model.near_places() { format!("near {}", (place - 1) % 3) } else { format!("near {:02}", place - 1) }
             }
             Origin::Prior => "prior".to_owned(),
         };
@@ -101,7 +102,11 @@ impl<'a> Looked<'a> {
                 sum
             })
             .collect();
-        let near = spec.of_role(Role::CloseUp).next().map(|p| CloseUp::new(p, &look(p), &small, &colours)).unwrap();
+        let near = spec
+            .of_role(Role::CloseUp)
+            .next()
+            .map(|p| CloseUp::new(p, &look(p), &small, uniform(&spec.material.geometry), &colours))
+            .unwrap();
         let variants = Variants::new(spec, &near.choices, &near.other_choices);
         Self { spec, cells, near, variants }
     }
@@ -154,7 +159,8 @@ pub fn probe(looked: &Looked<'_>, truth: &str, light_off: [f64; 2]) -> Probe {
         let (point, values, exact) = looked.truth(truth, light_off);
         let likely = looked.variants.likely;
         let at = |choice: usize| {
-            let model = looked.model(choice, &values, 99, control);
+            let mut model = looked.model(choice, &values, 99, control);
+            model.settle_height(&point, control).unwrap();
             let here = model.evaluate(&point, control).unwrap().unwrap();
             (model, here)
         };
@@ -169,7 +175,30 @@ pub fn probe(looked: &Looked<'_>, truth: &str, light_off: [f64; 2]) -> Probe {
         let off = |linear: &[f64], k: usize| linear[k] / exact[k] - 1.0;
         let off = (0..names.len()).filter(|&k| is_dominant[k]).map(|k| (names[k].to_owned(), off(&here.linear, k), off(&there.linear, k)));
         if std::env::var("ROWS").is_ok() {
+            let near = &looked.near;
+            println!("    {:?} {:?} {:?}", near.period.map(|p| p.map(|p| p.length)), near.blur, near.notes);
+            println!("    kinds {:?}", near.kinds.iter().map(|k| (k.cover, k.colour)).collect::<Vec<_>>());
+            println!("    variant {:?}, height {:?}", model.variant, model.height);
+            if let Some(m) = &near.mean_period {
+                let mean = |of: &[[f64; 3]]| of.iter().flatten().sum::<f64>() / of.len() as f64 / 3.0;
+                println!("    mean period of {:?}: mean {:.4}, scatter {:.4}", m.size, mean(&m.mean), mean(&m.scatter));
+            }
+            for (v, (a, b)) in model.variables.iter().zip(point.iter().zip(&found.point)) {
+                let at = |u: f64| v.at(looked.spec, &model.unknowns, u);
+                println!("    {:44} [{:.4}, {:.4}]", v.name(looked.spec, &model.unknowns), at(*a), at(*b));
+            }
             show(&model, &[&with_colours, &here, &there]);
+            if let Some(m) = &near.mean_period {
+                let mut text = format!("{} {}\n", m.size[0], m.size[1]);
+                for (e, _) in [(&with_colours, 0), (&here, 1), (&there, 2)] {
+                    for (row, origin) in &e.rows {
+                        if *origin == Origin::CloseUp {
+                            text += &format!("{} {} {}\n", row.value, row.value + e.residual(row) * row.sigma, row.sigma);
+                        }
+                    }
+                }
+                std::fs::write("/tmp/fitw/dump.txt", text).unwrap();
+            }
         }
         Probe { off: off.collect(), objectives: [with_colours.objective, here.objective, there.objective] }
     })
@@ -198,7 +227,8 @@ pub fn compare_with_truth(looked: &Looked<'_>, outcome: &Outcome, truth: &str, l
                 s.number, looked.variants.all[s.choice], s.objective, s.evaluations
             );
         }
-        let model = looked.model(outcome.starts[0].choice, &values, 99, control);
+        let mut model = looked.model(outcome.starts[0].choice, &values, 99, control);
+        model.settle_height(&point, control).unwrap();
         let with_colours = model.evaluate_with(&point, Some(&exact), control).unwrap().unwrap();
         let at_truth = model.evaluate(&point, control).unwrap().unwrap();
         let at_best = model.evaluate(&outcome.best, control).unwrap().unwrap();
