@@ -12,57 +12,80 @@ const FLAT: f64 = 0.2;
 /// Steps to the best place, at most, and the longest one, in places.
 const STEPS: usize = 4;
 const LONGEST: f64 = 1.0;
-/// Half the distance of the differences that tell the way, and a step that ends the search, in places.
-const NUDGE: f64 = 0.2;
+/// A step that ends the search, in places.
 const SETTLED: f64 = 1e-3;
+
+/// For each place the first pixel and the weights from it on.
+type Axis = Vec<(usize, Vec<f64>)>;
 
 /// Shares of the pixels of a view, along x and y, in the places of a mean period.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Windows {
-    /// For each place the first pixel and the weights from it on.
-    axes: [Vec<(usize, Vec<f64>)>; 2],
+    axes: [Axis; 2],
+    /// What the weights change by with the shift, in periods.
+    slopes: [Axis; 2],
     pixels: usize,
 }
 
 impl Windows {
     /// From a view of `pixels` x `pixels`, shifted by `shift` periods, to `size` places.
     pub fn new(pixels: usize, size: [usize; 2], shift: [f64; 2]) -> Self {
-        let axis = |k: usize| {
+        let axis = |k: usize, is_slope: bool| -> Axis {
             let width = pixels as f64 / size[k] as f64;
             let window = |place: usize| {
                 let from = (place as f64 * width + (shift[k] - shift[k].floor()) * pixels as f64).rem_euclid(pixels as f64);
                 let to = from + width;
                 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "places in a picture")]
-                let (first, last) = (from as usize, (to.ceil() as usize).max(from as usize + 1));
-                let weight = |p: usize| ((to.min(p as f64 + 1.0) - from.max(p as f64)).max(0.0)) / width;
+                let (first, last) = (from as usize, to as usize + 1);
+                let weight = |p: usize| {
+                    if is_slope {
+                        // What comes in at the end less what goes out at the beginning.
+                        (f64::from(u8::from(p + 1 == last)) - f64::from(u8::from(p == first))) * pixels as f64 / width
+                    } else {
+                        (to.min(p as f64 + 1.0) - from.max(p as f64)).max(0.0) / width
+                    }
+                };
                 (first, (first..last).map(weight).collect())
             };
             (0..size[k]).map(window).collect()
         };
-        Self { axes: [axis(0), axis(1)], pixels }
+        Self { axes: [axis(0, false), axis(1, false)], slopes: [axis(0, true), axis(1, true)], pixels }
     }
 
     /// A picture of the view's pixels at the places.
     pub fn of<const C: usize>(&self, picture: &[[f64; C]]) -> Vec<[f64; C]> {
+        self.along(&self.axes[1], &self.across(&self.axes[0], picture))
+    }
+
+    /// The same, and what it changes by with the shift along x and along y.
+    fn with_slopes(&self, picture: &[[f64; 3]]) -> [Vec<[f64; 3]>; 3] {
+        let rows = self.across(&self.axes[0], picture);
+        let changes = self.across(&self.slopes[0], picture);
+        [self.along(&self.axes[1], &rows), self.along(&self.axes[1], &changes), self.along(&self.slopes[1], &rows)]
+    }
+
+    fn across<const C: usize>(&self, axis: &Axis, picture: &[[f64; C]]) -> Vec<[f64; C]> {
         let n = self.pixels;
-        let [across, along] = &self.axes;
-        let mut rows = vec![[0.0; C]; n * across.len()];
-        for y in 0..n {
-            for (x, (first, weights)) in across.iter().enumerate() {
-                let sum = &mut rows[y * across.len() + x];
-                for (k, w) in weights.iter().enumerate() {
-                    let v = &picture[y * n + (first + k) % n];
+        let mut rows = vec![[0.0; C]; n * axis.len()];
+        for (own, line) in rows.chunks_exact_mut(axis.len()).zip(picture.chunks_exact(n)) {
+            for (sum, (first, weights)) in own.iter_mut().zip(axis) {
+                for (k, w) in weights.iter().enumerate().filter(|(_, w)| **w != 0.0) {
+                    let v = &line[(first + k) % n];
                     (0..C).for_each(|c| sum[c] += w * v[c]);
                 }
             }
         }
-        let mut out = vec![[0.0; C]; along.len() * across.len()];
-        for (y, (first, weights)) in along.iter().enumerate() {
-            for (k, w) in weights.iter().enumerate() {
-                let row = (first + k) % n;
-                for x in 0..across.len() {
-                    let v = &rows[row * across.len() + x];
-                    (0..C).for_each(|c| out[y * across.len() + x][c] += w * v[c]);
+        rows
+    }
+
+    fn along<const C: usize>(&self, axis: &Axis, rows: &[[f64; C]]) -> Vec<[f64; C]> {
+        let width = rows.len() / self.pixels;
+        let mut out = vec![[0.0; C]; axis.len() * width];
+        for (own, (first, weights)) in out.chunks_exact_mut(width).zip(axis) {
+            for (k, w) in weights.iter().enumerate().filter(|(_, w)| **w != 0.0) {
+                let row = (first + k) % self.pixels;
+                for (sum, v) in own.iter_mut().zip(&rows[row * width..]) {
+                    (0..C).for_each(|c| sum[c] += w * v[c]);
                 }
             }
         }
@@ -123,28 +146,17 @@ pub fn coarse(picture: &[[f64; 3]], pixels: usize, mean: &MeanPeriod) -> Vec<[f6
 
 /// The shift near `shift` at which `picture` is nearest to the mean period, `sigma` the standard deviation of each place: steps of Gauss and Newton.
 pub fn refined(picture: &[[f64; 3]], pixels: usize, mean: &MeanPeriod, sigma: &[[f64; 3]], mut shift: [f64; 2]) -> [f64; 2] {
-    let at = |shift: [f64; 2]| Windows::new(pixels, mean.size, shift).of(picture);
+    let moves = [0, 1].map(|k| mean.size[k] > 1);
     for _ in 0..STEPS {
-        let here = at(shift);
-        let slopes: Vec<Option<Vec<[f64; 3]>>> = (0..2)
-            .map(|k| {
-                (mean.size[k] > 1).then(|| {
-                    let mut side = [shift; 2];
-                    let nudge = NUDGE / mean.size[k] as f64;
-                    side[0][k] -= nudge;
-                    side[1][k] += nudge;
-                    let [before, after] = side.map(at);
-                    before.iter().zip(&after).map(|(b, a)| std::array::from_fn(|c| (a[c] - b[c]) / (2.0 * nudge))).collect()
-                })
-            })
-            .collect();
+        let [here, x, y] = Windows::new(pixels, mean.size, shift).with_slopes(picture);
+        let slopes = [&x, &y];
         let (mut gram, mut rhs) = ([[1e-30, 0.0], [0.0, 1e-30]], [0.0; 2]);
         for p in 0..here.len() {
             for c in 0..3 {
                 let r = (here[p][c] - mean.mean[p][c]) / sigma[p][c];
                 // As Huber counts it.
                 let w = if r.abs() <= 2.5 { 1.0 } else { 2.5 / r.abs() };
-                let d = [0, 1].map(|k| slopes[k].as_ref().map_or(0.0, |s| s[p][c] / sigma[p][c]));
+                let d = [0, 1].map(|k| if moves[k] { slopes[k][p][c] / sigma[p][c] } else { 0.0 });
                 for i in 0..2 {
                     rhs[i] -= w * d[i] * r;
                     (0..2).for_each(|j| gram[i][j] += w * d[i] * d[j]);
@@ -152,13 +164,13 @@ pub fn refined(picture: &[[f64; 3]], pixels: usize, mean: &MeanPeriod, sigma: &[
             }
         }
         let det = gram[0][0] * gram[1][1] - gram[0][1] * gram[1][0];
-        let step = if slopes.iter().all(Option::is_some) && det > 1e-9 * gram[0][0] * gram[1][1] {
+        let step = if moves == [true; 2] && det > 1e-9 * gram[0][0] * gram[1][1] {
             [(gram[1][1] * rhs[0] - gram[0][1] * rhs[1]) / det, (gram[0][0] * rhs[1] - gram[1][0] * rhs[0]) / det]
         } else {
             [rhs[0] / gram[0][0], rhs[1] / gram[1][1]]
         };
         let mut longest: f64 = 0.0;
-        for k in (0..2).filter(|&k| slopes[k].is_some()) {
+        for k in (0..2).filter(|&k| moves[k]) {
             let limit = LONGEST / mean.size[k] as f64;
             let step = step[k].clamp(-limit, limit);
             shift[k] += step;

@@ -89,8 +89,8 @@ pub struct Model<'a> {
     pub unknowns: Vec<Unknown>,
     /// What is added to direct light.
     pub indirect: Option<&'a Indirect>,
-    /// Height at which the periods of the close-up were laid on top of each other, if it is known: see [`Model::settle_height`].
-    pub height: Option<f64>,
+    /// Height at which the periods of the close-up were laid on top of each other: first that of its edges, then what [`Model::settle_height`] found.
+    pub height: f64,
     frozen: Frozen,
     pub(crate) samples: u32,
     pub(crate) seed: u32,
@@ -181,7 +181,7 @@ impl<'a> Model<'a> {
         let slots = slots(&spec.material.surfaces);
         let mut pairs: Vec<Pair> = photographs.iter().flat_map(|cells| cells.pairs([0.0; 2])).collect();
         pairs.extend(close_up.and_then(|c| c.pair));
-        Ok(Self {
+        let mut model = Self {
             spec,
             photographs,
             close_up,
@@ -189,13 +189,15 @@ impl<'a> Model<'a> {
             variables: variables(spec),
             unknowns: unknowns(spec, photographs.len()),
             indirect,
-            height: None,
+            height: 0.0,
             frozen: Frozen::new(&small, samples, seed, &pairs, control)?,
             samples,
             seed,
             opaque,
             slots,
-        })
+        };
+        model.height = model.height_of_edges(&small, control)?;
+        Ok(model)
     }
 
     /// Whether the close-up is compared place by place of its mean period.
@@ -289,17 +291,16 @@ impl<'a> Model<'a> {
                 let (rows, fixed) = self.equations(&state, &small, &looked, Sorting::Laid(shift));
                 solve(rows, fixed, &lower, &upper)
             };
-            let from = |mut shift| {
-                if linear.is_none() {
-                    for _ in 0..ALIGNMENTS {
-                        shift = self.laid_better(view, &small, &solved(shift).linear, shift);
-                    }
-                } else {
-                    shift = self.laid_better(view, &small, &lower, shift);
+            let first = self.laid(view, &small).into_iter().map(|shift| (solved(shift), shift));
+            let Some((mut found, mut shift)) = first.min_by(|a, b| a.0.objective.total_cmp(&b.0.objective)) else { return Ok(None) };
+            for _ in 0..ALIGNMENTS {
+                shift = self.laid_better(view, &small, &found.linear, shift);
+                found = solved(shift);
+                if linear.is_some() {
+                    break;
                 }
-                solved(shift)
-            };
-            return Ok(self.laid(view, &small).into_iter().map(from).min_by(|a, b| a.objective.total_cmp(&b.objective)));
+            }
+            return Ok(Some(found));
         }
         if let Some(held) = linear {
             let (rows, fixed) = self.equations(&state, &small, &looked, Sorting::ByColour(held));

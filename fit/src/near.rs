@@ -20,7 +20,7 @@ const TONE_WEIGHT: f64 = 0.5;
 /// What all places of the mean period count together: the model errors of neighbours, and of three channels, are alike.
 const PERIOD_WEIGHT: f64 = 160.0;
 /// Rays along a period of the first look, which tells how high the edges lie.
-const FIRST_LOOK: usize = 20;
+const FIRST_LOOK: usize = 32;
 /// Heights that are tried at first, and how often the step between them is halved.
 const HEIGHTS: usize = 6;
 const HALVINGS: usize = 5;
@@ -31,50 +31,30 @@ impl Model<'_> {
     /// One period as the close-up shows it, by as many rays as the model has samples; `None` without a close-up.
     pub(crate) fn near_view(&self, small: &SmallScale, control: &Control<'_>) -> Result<Option<TileView>> {
         let Some(close_up) = self.close_up.filter(|c| c.pair.is_some()) else { return Ok(None) };
-        let blur = close_up.blur_in_periods(small.tile.period.to_array());
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a root of a count")]
         let size = f64::from(self.samples).sqrt().ceil() as usize;
-        let round = matches!(self.spec.material.geometry, Geometry::Weave(_));
-        let view =
-            |height, blur, size| TileView::new(small, &self.slots, (&close_up.pairs, height), blur, (size, round), self.seed, control);
-        let height = match self.height {
-            Some(height) => height,
-            None if self.mean_period().is_some() => {
-                let first = view(0.0, [0.0; 2], FIRST_LOOK)?;
-                first.height_of_edges(&self.colours_of_kinds(close_up, &first, small))
-            }
-            None => 0.0,
-        };
-        view(height, blur, size).map(Some)
+        let blur = close_up.blur_in_periods(small.tile.period.to_array());
+        self.view(close_up, small, self.height, blur, size, control).map(Some)
     }
 
-    /// Finds the height at which the periods of the close-up were laid on top of each other: the one at which the model's mean period is most like that of the photograph.
-    /// It is a matter of the photograph, and the same for all states of the material; but none tells it before the material is nearly known.
-    ///
-    /// # Errors
-    /// Those of the model.
-    pub fn settle_height(&mut self, point: &[f64], control: &Control<'_>) -> Result<()> {
-        if self.mean_period().is_none() {
-            return Ok(());
-        }
-        let state = self.state(point);
-        let Ok(small) = self.material(&state).and_then(|m| m.build()) else { return Ok(()) };
-        self.height = Some(0.0);
-        let Some([low, high]) = self.near_view(&small, control)?.and_then(|v| v.heights()) else { return Ok(()) };
-        let mut step = (high - low) / HEIGHTS as f64;
-        let mut tried: Vec<(f64, f64)> = Vec::new();
-        let mut places: Vec<f64> = (0..=HEIGHTS).map(|k| low + step * k as f64).collect();
-        for _ in 0..HALVINGS {
-            for height in places {
-                self.height = Some(height);
-                tried.push((self.objective(point, control)?, height));
-            }
-            tried.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-            step *= 0.5;
-            places = vec![tried[0].1 - step, tried[0].1 + step];
-        }
-        self.height = Some(tried[0].1);
-        Ok(())
+    fn view(
+        &self,
+        close_up: &CloseUp,
+        small: &SmallScale,
+        height: f64,
+        blur: [f64; 2],
+        size: usize,
+        control: &Control<'_>,
+    ) -> Result<TileView> {
+        let round = matches!(self.spec.material.geometry, Geometry::Weave(_));
+        TileView::new(small, &self.slots, (&close_up.pairs, height), blur, (size, round), self.seed, control)
+    }
+
+    /// The mean height of the edges that the close-up would show of a surface: where its periods lie on top of each other, about.
+    pub(crate) fn height_of_edges(&self, small: &SmallScale, control: &Control<'_>) -> Result<f64> {
+        let Some(close_up) = self.close_up.filter(|_| self.near_places()) else { return Ok(0.0) };
+        let view = self.view(close_up, small, 0.0, [0.0; 2], FIRST_LOOK, control)?;
+        Ok(view.height_of_edges(&self.colours_of_kinds(close_up, &view, small)))
     }
 
     /// What each slot's share is multiplied by, as far as the colours of the kinds tell.
@@ -89,6 +69,34 @@ impl Model<'_> {
             }
         };
         self.slots.iter().enumerate().map(colour).collect()
+    }
+
+    /// Finds the height at which the periods of the close-up were laid on top of each other: the one at which the model's mean period is most like that of the photograph.
+    /// It is a matter of the photograph, and the same for all states of the material; but none tells it before the material is nearly known.
+    ///
+    /// # Errors
+    /// Those of the model.
+    pub fn settle_height(&mut self, point: &[f64], control: &Control<'_>) -> Result<()> {
+        if self.mean_period().is_none() {
+            return Ok(());
+        }
+        let state = self.state(point);
+        let Ok(small) = self.material(&state).and_then(|m| m.build()) else { return Ok(()) };
+        let Some([low, high]) = self.near_view(&small, control)?.and_then(|v| v.heights()) else { return Ok(()) };
+        let mut step = (high - low) / HEIGHTS as f64;
+        let mut tried: Vec<(f64, f64)> = Vec::new();
+        let mut places: Vec<f64> = (0..=HEIGHTS).map(|k| low + step * k as f64).collect();
+        for _ in 0..HALVINGS {
+            for height in places {
+                self.height = height;
+                tried.push((self.objective(point, control)?, height));
+            }
+            tried.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+            step *= 0.5;
+            places = vec![tried[0].1 - step, tried[0].1 + step];
+        }
+        self.height = tried[0].1;
+        Ok(())
     }
 
     /// Light, tones and cover of the kinds of the close-up.

@@ -166,7 +166,7 @@ impl Search<'_> {
         let one = |start: &Start| {
             let settled = self.model(&self.prepared.fine, samples, start, indirect, variants).and_then(|mut model| {
                 model.settle_height(&start.point, self.shared.control)?;
-                Ok(model.height)
+                Ok(model.mean_period().map(|_| model.height))
             });
             match settled {
                 Ok(height) => Ok(Start { height, ..start.clone() }),
@@ -257,6 +257,6 @@ pub(super) fn model_of<'m>(
             Err(error) => return Err(error),
         }
     }
-    model.height = start.height;
+    model.height = start.height.unwrap_or(model.height);
     Ok(model)
 }
