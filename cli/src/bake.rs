@@ -19,7 +19,7 @@ use std::time::Instant;
 #[derive(Args, Debug)]
 pub struct BakeArgs {
     /// Material file
-    material: PathBuf,
+    pub(crate) material: PathBuf,
     /// File to write: `.exr`, see docs/effective-format.md
     #[arg(long, short, value_name = "OUT.exr")]
     output: PathBuf,

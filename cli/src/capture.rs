@@ -13,7 +13,7 @@ use std::path::PathBuf;
 )]
 pub struct CaptureArgs {
     /// Shoot file: the list of photographs; `biscale new shoot` writes an example
-    shoot: PathBuf,
+    pub(crate) shoot: PathBuf,
     /// Folder to write
     #[arg(long, short, value_name = "FOLDER")]
     output: PathBuf,

@@ -4,6 +4,7 @@ use crate::check_fit;
 use crate::check_scene;
 use crate::check_shoot;
 use crate::interrupt;
+use crate::kind::Kind;
 use crate::options::{CommonArgs, QualityArgs};
 use crate::output::{self, Description};
 use biscale::brdf::Brdf;
@@ -104,16 +105,12 @@ impl fmt::Display for AnyReport {
 impl AnyReport {
     fn of(file: &Path, would_run: &str) -> Result<Self> {
         let source = Source::read(file)?;
-        if Spec::is_fit(&source) {
-            return Ok(Self::Fit(Box::new(check_fit::Report::of(&Spec::parse(&source)?)?)));
-        }
-        if Shoot::is_shoot(&source) {
-            return Ok(Self::Shoot(check_shoot::Report::of(&Shoot::parse(&source)?)));
-        }
-        if Scene::is_scene(&source) {
-            return Ok(Self::Scene(check_scene::Report::of(&Scene::parse(&source)?, would_run)));
-        }
-        Ok(Self::Material(Box::new(Report::of(&Material::parse(&source)?, would_run)?)))
+        Ok(match Kind::of(&source) {
+            Kind::Fit => Self::Fit(Box::new(check_fit::Report::of(&Spec::parse(&source)?)?)),
+            Kind::Shoot => Self::Shoot(check_shoot::Report::of(&Shoot::parse(&source)?)),
+            Kind::Scene => Self::Scene(check_scene::Report::of(&Scene::parse(&source)?, would_run)),
+            Kind::Material => Self::Material(Box::new(Report::of(&Material::parse(&source)?, would_run)?)),
+        })
     }
 }
 

@@ -24,7 +24,7 @@ pub const HEADER: &str = "wi_x,wi_y,wi_z,wo_x,wo_y,wo_z,fbar_r,fbar_g,fbar_b,fha
 #[derive(Args, Debug)]
 pub struct EvalArgs {
     /// Material file, or a table that `bake` wrote
-    material: PathBuf,
+    pub(crate) material: PathBuf,
     /// CSV with the columns `wi_x,wi_y,wi_z,wo_x,wo_y,wo_z`; `-` is standard input
     #[arg(long, value_name = "PAIRS.csv")]
     pairs: PathBuf,

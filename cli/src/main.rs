@@ -12,6 +12,7 @@ mod eval;
 mod fit;
 mod fold;
 mod interrupt;
+mod kind;
 mod later;
 mod new;
 mod options;
@@ -28,6 +29,7 @@ mod study;
 
 use biscale::error::{Error, Result};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use kind::Kind;
 use options::CommonArgs;
 use std::process::ExitCode;
 
@@ -96,7 +98,7 @@ fn main() -> ExitCode {
     };
     interrupt::install();
     // A panic is a bug. It has said what it is; the exit status stays one of those documented.
-    match std::panic::catch_unwind(|| run(&cli)) {
+    match std::panic::catch_unwind(|| run(&cli).map_err(|error| explained(error, &cli.command))) {
         Ok(Ok(status)) => ExitCode::from(status),
         Ok(Err(error)) => ExitCode::from(fail(&error, cli.common.json)),
         Err(_) => ExitCode::from(FAILED),
@@ -127,6 +129,27 @@ fn run(cli: &Cli) -> Result<u8> {
         Command::Edit(_) => later::run("edit")?,
     }
     Ok(0)
+}
+
+/// The error of a command whose file may be of another kind than it takes.
+fn explained(error: Error, command: &Command) -> Error {
+    let (wanted, path) = match command {
+        Command::Eval(args) => (Kind::Material, Some(&args.material)),
+        Command::Bake(args) => (Kind::Material, Some(&args.material)),
+        Command::Plot(args) => (Kind::Material, Some(&args.input)),
+        Command::Study(args) => (Kind::Material, Some(&args.material)),
+        Command::Fold(args) => (Kind::Material, args.material.as_ref()),
+        Command::Render(args) => (Kind::Scene, Some(&args.scene)),
+        Command::Capture(args) => (Kind::Shoot, Some(&args.shoot)),
+        Command::Fit(args) => (Kind::Fit, Some(&args.fit)),
+        Command::New(_) | Command::Check(_) | Command::Compare(_) | Command::StudyRun(_) | Command::Cache(_) | Command::Edit(_) => {
+            return error;
+        }
+    };
+    match path {
+        Some(path) => kind::explain(error, wanted, path),
+        None => error,
+    }
 }
 
 /// Says what went wrong and returns the exit status.

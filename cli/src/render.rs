@@ -26,7 +26,7 @@ const MARK: &str = "biscale render ";
                         An .exr holds linear radiance in 32-bit floats.")]
 pub struct RenderArgs {
     /// Scene file; `biscale new scene` writes an example
-    scene: PathBuf,
+    pub(crate) scene: PathBuf,
     /// Image to write, .exr or .png; may be given for both
     #[arg(long, short, value_name = "IMAGE", required = true)]
     output: Vec<PathBuf>,

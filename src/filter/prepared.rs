@@ -230,16 +230,16 @@ pub(super) fn surface_lobes(surfaces: &[material::Surface]) -> Vec<Vec<Lobe<'_>>
     surfaces.iter().map(|s| lobes::lobes(&s.brdf, of(s))).collect()
 }
 
-/// How many of `directions`, with sums of visible `areas`, a triangle faces and yet a whole set of samples shows nothing of: so few samples
+/// Those of `directions`, with sums of visible `areas`, that a triangle faces and yet a whole set of samples shows nothing of: so few samples
 /// see them that a spread of the sets does not tell the error.
-pub(super) fn barely_seen(surface: &Surface, directions: &[DVec3], areas: &[[f64; SETS]]) -> usize {
+pub(super) fn barely_seen(surface: &Surface, directions: &[DVec3], areas: &[[f64; SETS]]) -> Vec<DVec3> {
     let faced = |w: DVec3| surface.normals.iter().any(|n| n.dot(w) > 0.0);
-    directions.iter().zip(areas).filter(|(w, sets)| sets.contains(&0.0) && faced(**w)).count()
+    directions.iter().zip(areas).filter(|(w, sets)| sets.contains(&0.0) && faced(**w)).map(|(w, _)| *w).collect()
 }
 
 /// Adds the sums over a batch of visible area, one element a direction.
-pub(super) fn add_areas(batch: &Batch, demand: &Demand, areas: &mut [[f64; SETS]]) {
-    areas.par_iter_mut().zip(&demand.directions).enumerate().for_each(|(d, (area, &direction))| {
+pub(super) fn add_areas(batch: &Batch, directions: &[DVec3], areas: &mut [[f64; SETS]]) {
+    areas.par_iter_mut().zip(directions).enumerate().for_each(|(d, (area, &direction))| {
         for (sum, new) in area.iter_mut().zip(sums::visible_area(&batch.facets, direction, batch.bits.row(d))) {
             *sum += new;
         }
@@ -333,7 +333,7 @@ impl<'a> Prepared<'a> {
         }
         let mut areas = vec![[0.0; SETS]; demand.directions.len()];
         for batch in &batches {
-            add_areas(batch, &demand, &mut areas);
+            add_areas(batch, &demand.directions, &mut areas);
         }
         Ok(Self { pairs, demand, batches, areas, groups: tracer.surface.groups.clone(), samples })
     }
@@ -344,7 +344,7 @@ impl<'a> Prepared<'a> {
     }
 
     /// Directions for which [`barely_seen`] holds, on the surface that the samples lie on.
-    pub(super) fn barely_seen(&self, surface: &Surface) -> usize {
+    pub(super) fn barely_seen(&self, surface: &Surface) -> Vec<DVec3> {
         barely_seen(surface, &self.demand.directions, &self.areas)
     }
 

@@ -1,7 +1,7 @@
 //! The parameters of the kinds, declared once.
 //!
 //! A kind's table of [`Param`]s is at once how its `[geometry]` table is read ([`Values`]), what `biscale new` writes
-//! ([`super::template`]), and what `docs/geometry.md` says ([`markdown`]; a test compares). It does not describe BRDFs.
+//! ([`mod@super::template`]), and what `docs/geometry.md` says ([`markdown`]; a test compares). It does not describe BRDFs.
 
 use crate::error::{Error, Result};
 use crate::toml_reader::{Range, TableReader};

@@ -268,3 +268,43 @@ fn a_folder_that_cannot_be_written_is_an_error_of_the_system() {
         &["/proc/out.csv"],
     )]);
 }
+
+#[test]
+fn a_file_of_another_kind_is_named_and_so_is_the_command_that_takes_it() {
+    let folder = Folder::new();
+    for (kind, file) in [("scene", "scene.toml"), ("shoot", "shoot.toml"), ("fit", "fit.toml")] {
+        assert_eq!(folder.run(["new", kind, file]).status, 0, "{kind}");
+    }
+    let before = folder.snapshot();
+    let commands: [(&str, &[&str]); 8] = [
+        ("material", &["eval", "--pairs", "p.csv"]),
+        ("material", &["bake", "-o", "out.exr"]),
+        ("material", &["plot", "-o", "out"]),
+        ("material", &["study", "-o", "out"]),
+        ("material", &["fold", "-o", "out.pdf"]),
+        ("scene", &["render", "-o", "out.png"]),
+        ("shoot", &["capture", "-o", "out"]),
+        ("fit", &["fit", "-o", "out"]),
+    ];
+    for (wanted, arguments) in commands {
+        if wanted == "shoot" && cfg!(not(feature = "capture")) {
+            continue;
+        }
+        for (kind, takes, file) in [
+            ("material", "biscale eval", "m.toml"),
+            ("scene", "biscale render", "scene.toml"),
+            ("shoot", "biscale capture", "shoot.toml"),
+            ("fit", "biscale fit", "fit.toml"),
+        ] {
+            if kind == wanted {
+                continue;
+            }
+            let said = folder.run(std::iter::once(&arguments[0]).chain(&[file]).chain(&arguments[1..]));
+            assert_eq!(said.status, 2, "{arguments:?} {file}: {}", said.stderr);
+            for word in [file, &format!("this is a {kind} file, not a {wanted} file"), takes] {
+                assert!(said.stderr.contains(word), "{arguments:?} {file}: {}", said.stderr);
+            }
+        }
+    }
+    assert_eq!(folder.snapshot(), before, "something was written");
+}

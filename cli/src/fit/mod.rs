@@ -35,7 +35,7 @@ const PATIENCE: u64 = 60;
 )]
 pub struct FitArgs {
     /// Fit file; `biscale new fit` writes one
-    fit: PathBuf,
+    pub(crate) fit: PathBuf,
     /// Folder for the material and the report, made if it is not there
     #[arg(long, short, value_name = "FOLDER")]
     output: PathBuf,

@@ -19,7 +19,7 @@ use std::time::Duration;
 pub struct FoldArgs {
     /// Material file, or a mesh: .obj, .ply, .stl
     #[arg(required_unless_present = "verify", conflicts_with = "verify")]
-    pub(super) material: Option<PathBuf>,
+    pub(crate) material: Option<PathBuf>,
     /// File to write: .pdf, .svg, .png, .dxf, .fold; several pages become OUT-1.svg ...; OUT.json tells what is where
     #[arg(long, short, value_name = "OUT", required_unless_present = "verify", conflicts_with = "verify")]
     pub(super) output: Option<PathBuf>,

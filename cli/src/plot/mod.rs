@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 #[derive(Args, Debug)]
 pub struct PlotArgs {
     /// Material file, or a table that `bake` wrote (which has no geometry to view)
-    input: PathBuf,
+    pub(crate) input: PathBuf,
     /// Folder for the pictures, made if it is not there: `NAME-polar` and `NAME-view`, each as .svg and .png
     #[arg(long, short, value_name = "FOLDER")]
     output: PathBuf,

@@ -38,7 +38,7 @@ use std::time::Duration;
 )]
 pub struct StudyArgs {
     /// Material file
-    material: PathBuf,
+    pub(crate) material: PathBuf,
     /// Folder for the results, made if it is not there
     #[arg(long, short, value_name = "FOLDER")]
     output: PathBuf,

@@ -1,23 +1,20 @@
 //! The method, from a surface and pairs to values with errors (Wu et al. 2011, sections 3.2 to 3.7).
 //!
-//! Facets; what they see; for each surface `N` and `M` by their factors; their product. A value's error comes from up to [`PROBES`] of the
-//! wanted pairs, for which the same facets are also summed one by one with what they see of exactly these directions: the spread of eight
-//! sets of them is the error of the facets, the difference from their sums the bias of all that is low-rank, binned or interpolated.
+//! Facets; what they see; for each surface `N` and `M` by their factors; their product. How far the values are off: [`super::errors`].
 
 use super::cache::Found;
+use super::errors::{Probes, SAFETY};
 use super::map::Map;
 use super::materials::{Basis, Product, Row};
 use super::normals::{Bins, PairRows};
-use super::plan::{MAX_FACETS, MAX_NORMALS, Plan};
+use super::plan::Plan;
 use super::precomputed::{Precomputed, Settings};
 use super::{Choices, Colours, Grid, Placing, Variant};
 use crate::direction::{MIN_COSINE, Pair};
 use crate::error::{BadInput, Error, Result};
-use crate::facets::{self, Facets, Runs, SETS};
+use crate::facets::{self, Facets, Runs};
 use crate::filter::demand::Demand;
-use crate::filter::direct::{needed, part_of};
-use crate::filter::estimate::Spread;
-use crate::filter::prepared::{self, Batch, Filled, Materials, Tracer};
+use crate::filter::prepared::Tracer;
 use crate::filter::{Control, Effective, LowRankFacts, Quality, Summary, Value, sums};
 use crate::low_discrepancy::hash;
 use crate::low_rank::{self, Factors, Params, Rows};
@@ -25,13 +22,8 @@ use crate::material::{SmallScale, Surface, Tint};
 use crate::visibility::Bits;
 use glam::DVec3;
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
 use std::ops::Range;
 
-/// Pairs on which errors are measured.
-const PROBES: usize = 512;
-/// To keep a tolerance, stop when this times the estimate is within it (`numerics.md`, section 3.6).
-const SAFETY: f64 = 1.5;
 /// Pairs of which the improved variant holds the matrices at once.
 const PAIRS_AT_ONCE: usize = 1 << 16;
 /// Seed of the random vectors for `M`: always the same, so that a stored one can be used (section 3.7).
@@ -40,11 +32,11 @@ const SEED_OF_M: u64 = 1;
 const MAX_BITS: usize = 512 << 20;
 
 /// What a run works with.
-struct Run<'a> {
-    small: &'a SmallScale,
-    quality: &'a Quality,
-    control: &'a Control<'a>,
-    tracer: Tracer<'a>,
+pub(super) struct Run<'a> {
+    pub(super) small: &'a SmallScale,
+    pub(super) quality: &'a Quality,
+    pub(super) control: &'a Control<'a>,
+    pub(super) tracer: Tracer<'a>,
     choices: Choices,
     /// Milliseconds of preparing `M`, facets, visibility, `N` and products.
     seconds: [f64; 4],
@@ -60,25 +52,12 @@ struct Seen {
 }
 
 /// Values of a list of pairs before their errors are known.
-struct Raw {
+pub(super) struct Raw {
     /// `S` of each pair, and visible area over the footprint from its viewer.
-    pairs: Vec<([f64; 3], f64)>,
+    pub(super) pairs: Vec<([f64; 3], f64)>,
     facts: Vec<LowRankFacts>,
     directions: usize,
     bins: usize,
-}
-
-/// Errors of a run, relative RMS.
-#[derive(Clone, Copy)]
-struct Errors {
-    facets: f64,
-    bias: f64,
-}
-
-impl Errors {
-    fn total(self) -> f64 {
-        self.facets.hypot(self.bias)
-    }
 }
 
 pub(in crate::filter) fn low_rank(small: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
@@ -169,35 +148,17 @@ fn values(pairs: &[Pair], raw: &[([f64; 3], f64)], error: f64) -> Vec<Value> {
     values
 }
 
-/// Pairs on which errors are measured.
-struct Probes {
-    pairs: Vec<Pair>,
-    /// The place of each in the list.
-    places: Vec<usize>,
-    demand: Demand,
-}
-
-impl Probes {
-    fn new(small: &SmallScale, list: &[Pair]) -> Self {
-        let chosen = if list.len() <= PROBES { list.to_vec() } else { part_of(list, &Demand::new(list, small.is_reciprocal()), PROBES) };
-        let key = |p: &Pair| [p.wi, p.wo].map(|w| w.to_array().map(f64::to_bits));
-        let first: FxHashMap<_, usize> = list.iter().enumerate().rev().map(|(k, p)| (key(p), k)).collect();
-        let places = chosen.iter().map(|p| first[&key(p)]).collect();
-        Self { demand: Demand::new(&chosen, false), pairs: chosen, places }
-    }
-}
-
 impl Run<'_> {
-    fn now(&self) -> f64 {
+    pub(super) fn now(&self) -> f64 {
         (self.control.clock)()
     }
 
     /// Adds the time since `began` to a stage.
-    fn took(&mut self, stage: usize, began: f64) {
+    pub(super) fn took(&mut self, stage: usize, began: f64) {
         self.seconds[stage] += self.now() - began;
     }
 
-    fn facets(&mut self, plan: &Plan) -> Facets {
+    pub(super) fn facets(&mut self, plan: &Plan) -> Facets {
         let began = self.now();
         let facets = match self.choices.placing {
             Placing::Random => facets::random(self.small, &self.tracer.surface, plan.facets(), self.tracer.seed),
@@ -227,7 +188,7 @@ impl Run<'_> {
     }
 
     /// Values of a list by a plan.
-    fn raw(&mut self, plan: &Plan, list: &[Pair]) -> Result<Raw> {
+    pub(super) fn raw(&mut self, plan: &Plan, list: &[Pair]) -> Result<Raw> {
         match *plan {
             Plan::Paper { directions, rates, energy, .. } => {
                 let projection = self.choices.projection;
@@ -503,77 +464,6 @@ impl Run<'_> {
             m_energy: m.energy,
             m_bytes: 8 * (m.left.nrows() * m.rank() + m.right.nrows() * m.rank() + m.mean.len()),
         })
-    }
-
-    /// Errors on the probes of values that a plan gave.
-    fn errors(&mut self, plan: &Plan, probes: &Probes, raw: &[([f64; 3], f64)]) -> Result<Errors> {
-        let (exact, facets) = self.exact(plan, probes)?;
-        let (mut difference, mut energy) = (0.0, 0.0);
-        for (value, &place) in exact.iter().zip(&probes.places) {
-            let (s, av) = raw[place];
-            for c in 0..3 {
-                let fbar = if av > 0.0 { s[c] / av } else { 0.0 };
-                difference += (fbar - value.fbar[c]).powi(2);
-                energy += value.fbar[c].powi(2);
-            }
-        }
-        let bias = if energy > 0.0 { (difference / energy).sqrt() } else { difference.sqrt() };
-        Ok(Errors { facets, bias })
-    }
-
-    /// Values of the probes by sums over a plan's facets one by one, and the relative RMS error that their spread tells.
-    fn exact(&mut self, plan: &Plan, probes: &Probes) -> Result<(Vec<Value>, f64)> {
-        let facets = self.facets(plan);
-        let began = self.now();
-        let demand = &probes.demand;
-        let bits = self.tracer.see(&facets, &demand.directions)?;
-        let samples = u32::try_from(facets.samples).expect("at most MAX_FACETS");
-        let batch = Batch { facets, bits, seconds: [0.0; 2] };
-        let mut areas = vec![[0.0; SETS]; demand.directions.len()];
-        prepared::add_areas(&batch, demand, &mut areas);
-        let lobes = prepared::surface_lobes(&self.small.surfaces);
-        let materials = Materials::new(&self.tracer.surface.groups, &lobes, false);
-        let mut sums = vec![[[0.0; 3]; SETS]; demand.pairs.len()];
-        prepared::add_pairs(&batch, demand, &demand.tasks(), &materials, &mut sums);
-        let (mut values, mut spread) = (vec![Value::default(); probes.pairs.len()], Spread::default());
-        Filled { demand, list: &probes.pairs, sums: &sums, first: 0, areas: &areas, samples }.write(
-            &demand.order,
-            &mut values,
-            &mut spread,
-        );
-        self.took(2, began);
-        Ok((values, spread.relative_rms()))
-    }
-
-    /// The improved variant's plan for the tolerance: facets until their error on the probes is small enough, then a map of normals until
-    /// the bias is.
-    fn adapt(&mut self, probes: &Probes) -> Result<Plan> {
-        /// Shares of the tolerance that the facets and the bias may take: together less than all of it.
-        const FACETS: f64 = 0.85;
-        const BIAS: f64 = 0.45;
-        let tolerance = self.quality.tolerance;
-        let Plan::Improved { mut facets, mut normals, energy } = Plan::first(tolerance) else { unreachable!("the first plan is improved") };
-        loop {
-            let plan = Plan::Improved { facets, normals, energy };
-            let (_, relative_rms) = self.exact(&plan, probes)?;
-            (self.control.progress)("settings", 0.5);
-            let factor = SAFETY * relative_rms / (FACETS * tolerance);
-            if factor <= 1.0 || facets == MAX_FACETS {
-                break;
-            }
-            let samples = u32::try_from(facets).expect("at most MAX_FACETS");
-            facets = (needed(samples, factor) as usize).clamp(2 * facets, MAX_FACETS);
-        }
-        loop {
-            let plan = Plan::Improved { facets, normals, energy };
-            let raw = self.raw(&plan, &probes.pairs)?;
-            let alone = Probes { places: (0..probes.pairs.len()).collect(), pairs: probes.pairs.clone(), demand: probes.demand.clone() };
-            let errors = self.errors(&plan, &alone, &raw.pairs)?;
-            if SAFETY * errors.bias <= BIAS * tolerance || normals == MAX_NORMALS {
-                return Ok(plan);
-            }
-            normals *= 2;
-        }
     }
 }
 

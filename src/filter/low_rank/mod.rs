@@ -7,6 +7,7 @@
 //! What the paper's own method and the improved one do differently is chosen by [`Variant`], in this file and nowhere else.
 
 pub mod cache;
+mod errors;
 pub mod map;
 pub mod materials;
 mod method;
