@@ -91,6 +91,8 @@ pub struct Model<'a> {
     pub indirect: Option<&'a Indirect>,
     /// Height at which the periods of the close-up were laid on top of each other: first that of its edges, then what [`Model::settle_height`] found.
     pub height: f64,
+    /// What the standard deviations of the close-up's mean period are multiplied by: how badly the material explains it, at least 1.
+    pub doubt: f64,
     frozen: Frozen,
     pub(crate) samples: u32,
     pub(crate) seed: u32,
@@ -140,7 +142,7 @@ impl Evaluated {
 }
 
 /// Twice Huber's loss of a residual: its square, or linear beyond [`HUBER`].
-fn huber(r: f64) -> f64 {
+pub(crate) fn huber(r: f64) -> f64 {
     let a = r.abs();
     if a <= HUBER { a * a } else { HUBER * (2.0 * a - HUBER) }
 }
@@ -190,6 +192,7 @@ impl<'a> Model<'a> {
             unknowns: unknowns(spec, photographs.len()),
             indirect,
             height: 0.0,
+            doubt: 1.0,
             frozen: Frozen::new(&small, samples, seed, &pairs, control)?,
             samples,
             seed,

@@ -3,7 +3,7 @@
 use crate::align::{self, Windows};
 use crate::close_up::{CloseUp, Kind};
 use crate::mean_period::MeanPeriod;
-use crate::model::{Model, Origin, Row, Sorting};
+use crate::model::{Model, Origin, Row, Sorting, huber};
 use crate::tile_view::{Part, TileView};
 use crate::unknowns::colour_of;
 use biscale::error::Result;
@@ -24,6 +24,9 @@ const FIRST_LOOK: usize = 32;
 /// Heights that are tried at first, and how often the step between them is halved.
 const HEIGHTS: usize = 6;
 const HALVINGS: usize = 5;
+/// Standard deviation of what light between threads adds to a place, as a share of all of its light: where it is known from a state of the material nearby, and where it is not yet.
+const TRACED: f64 = 0.02;
+const UNTRACED: f64 = 0.1;
 /// Standard deviation of a cover.
 const COVER: f64 = 0.015;
 
@@ -72,7 +75,8 @@ impl Model<'_> {
     }
 
     /// Finds the height at which the periods of the close-up were laid on top of each other: the one at which the model's mean period is most like that of the photograph.
-    /// It is a matter of the photograph, and the same for all states of the material; but none tells it before the material is nearly known.
+    /// It is a matter of the photograph, and the same for all states of the material; but none tells it before the material is nearly known. What the material explains worse than
+    /// its noise counts less by as much from then on.
     ///
     /// # Errors
     /// Those of the model.
@@ -96,6 +100,12 @@ impl Model<'_> {
             places = vec![tried[0].1 - step, tried[0].1 + step];
         }
         self.height = tried[0].1;
+        self.doubt = 1.0;
+        if let Some(found) = self.evaluate(point, control)? {
+            let near = || found.rows.iter().filter(|(_, origin)| *origin == Origin::CloseUp).map(|(row, _)| row);
+            let (sum, count) = near().fold((0.0, 0.0), |(s, n), row| (s + row.weight * huber(found.residual(row)), n + row.weight));
+            self.doubt = (sum / f64::max(count, f64::MIN_POSITIVE)).max(1.0).sqrt();
+        }
         Ok(())
     }
 
@@ -208,12 +218,18 @@ impl Model<'_> {
             }
         };
         let weight = PERIOD_WEIGHT / (3 * mean.mean.len()) as f64;
+        let between = match (self.spec.bounces > 0, self.indirect.is_some()) {
+            (false, _) => 0.0,
+            (true, true) => TRACED,
+            (true, false) => UNTRACED,
+        };
         for (place, (&value, &sigma)) in mean.mean.iter().zip(&mean.sigma).enumerate() {
             for c in 0..3 {
                 let (terms, known) = self.terms(|slot| close_up.irradiance[c] * shares[slot][place][c], c, small);
                 let known = known + extra.get(place).map_or(0.0, |e| e[c]);
                 let weight = if mean.count[place] > 0.0 { weight } else { 0.0 };
-                rows.push((Row { terms, known, value: value[c], sigma: sigma[c], weight }, Origin::CloseUp));
+                let sigma = self.doubt * sigma[c].hypot(between * value[c]);
+                rows.push((Row { terms, known, value: value[c], sigma, weight }, Origin::CloseUp));
             }
         }
     }

@@ -160,8 +160,8 @@ pub struct Start {
     pub restarts: usize,
     /// Which surfaces the kinds of the close-up were taken for.
     pub choice: usize,
-    /// Height at which the periods of the close-up were laid on top of each other, once it is known.
-    pub height: Option<f64>,
+    /// Height at which the periods of the close-up were laid on top of each other, once it is known, and what its standard deviations are multiplied by.
+    pub laid: Option<[f64; 2]>,
 }
 
 /// Points of a Latin hypercube: in each coordinate one point in each of `count` equal parts.
@@ -323,7 +323,7 @@ pub fn search(model: &Model<'_>, start: &Start, task: &Task, shared: &Shared<'_>
         converged: converged && !ended.get(),
         restarts: start.restarts + restarts,
         choice: start.choice,
-        height: start.height,
+        laid: start.laid,
     })
 }
 

@@ -102,7 +102,7 @@ impl Search<'_> {
             converged: false,
             restarts: 0,
             choice: 0,
-            height: None,
+            laid: None,
         };
         let own = self.model(&prepared.coarse, COARSE.samples, &blank, None, variants)?;
         // Starts are dealt out to the variants; `first` counts those that went before.
@@ -166,10 +166,10 @@ impl Search<'_> {
         let one = |start: &Start| {
             let settled = self.model(&self.prepared.fine, samples, start, indirect, variants).and_then(|mut model| {
                 model.settle_height(&start.point, self.shared.control)?;
-                Ok(model.mean_period().map(|_| model.height))
+                Ok(model.mean_period().map(|_| [model.height, model.doubt]))
             });
             match settled {
-                Ok(height) => Ok(Start { height, ..start.clone() }),
+                Ok(laid) => Ok(Start { laid, ..start.clone() }),
                 // Whoever stops the search wants what it has found.
                 Err(Error::Interrupted) => Ok(start.clone()),
                 Err(error) => Err(error),
@@ -257,6 +257,6 @@ pub(super) fn model_of<'m>(
             Err(error) => return Err(error),
         }
     }
-    model.height = start.height.unwrap_or(model.height);
+    [model.height, model.doubt] = start.laid.unwrap_or([model.height, 1.0]);
     Ok(model)
 }

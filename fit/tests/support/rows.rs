@@ -1,5 +1,7 @@
 //! The objective where a fit ended and where the photographs were made: which rows pull away from the truth.
 
+#![allow(clippy::print_stdout, reason = "figures, for those who ask for them with --nocapture")]
+
 use super::with_control;
 use biscale::error::Result;
 use biscale::filter::Control;
@@ -188,17 +190,6 @@ pub fn probe(looked: &Looked<'_>, truth: &str, light_off: [f64; 2]) -> Probe {
                 println!("    {:44} [{:.4}, {:.4}]", v.name(looked.spec, &model.unknowns), at(*a), at(*b));
             }
             show(&model, &[&with_colours, &here, &there]);
-            if let Some(m) = &near.mean_period {
-                let mut text = format!("{} {}\n", m.size[0], m.size[1]);
-                for (e, _) in [(&with_colours, 0), (&here, 1), (&there, 2)] {
-                    for (row, origin) in &e.rows {
-                        if *origin == Origin::CloseUp {
-                            text += &format!("{} {} {}\n", row.value, row.value + e.residual(row) * row.sigma, row.sigma);
-                        }
-                    }
-                }
-                std::fs::write("/tmp/fitw/dump.txt", text).unwrap();
-            }
         }
         Probe { off: off.collect(), objectives: [with_colours.objective, here.objective, there.objective] }
     })
