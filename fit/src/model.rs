@@ -345,7 +345,8 @@ impl<'a> Model<'a> {
             &fresh
         };
         let shares = frozen.on(small, control)?.shares(&pairs, &self.slots)?;
-        Ok(Looked { shares, near: self.near_view(small, control)? })
+        let near = self.near_view(self.rounded(state).as_ref().unwrap_or(small), control)?;
+        Ok(Looked { shares, near })
     }
 
     /// The equations of a state, and the residuals that are none.

@@ -3,9 +3,10 @@
 use crate::align::{self, Windows};
 use crate::close_up::{CloseUp, Kind};
 use crate::mean_period::MeanPeriod;
-use crate::model::{Model, Origin, Row, Sorting, huber};
+use crate::model::{Model, Origin, Row, Sorting, State, huber, write};
 use crate::tile_view::{Part, TileView};
 use crate::unknowns::colour_of;
+use crate::variant::{own_sides, sides_place};
 use biscale::error::Result;
 use biscale::filter::Control;
 use biscale::filter::frozen::{Slot, SlotColour};
@@ -27,6 +28,8 @@ const HALVINGS: usize = 5;
 /// Standard deviation of what light between threads adds to a place, as a share of all of its light: where it is known from a state of the material nearby, and where it is not yet.
 const TRACED: f64 = 0.02;
 const UNTRACED: f64 = 0.1;
+/// Sides of a thread from which on it is round.
+const ROUND: u32 = 24;
 /// Standard deviation of a cover.
 const COVER: f64 = 0.015;
 
@@ -51,6 +54,19 @@ impl Model<'_> {
     ) -> Result<TileView> {
         let round = matches!(self.spec.material.geometry, Geometry::Weave(_));
         TileView::new(small, &self.slots, (&close_up.pairs, height), blur, (size, round), self.seed, control)
+    }
+
+    /// The surface as it is seen from near, if it is another one: threads are round there, however few sides this variant gives them for what is seen from afar.
+    pub(crate) fn rounded(&self, state: &State) -> Option<SmallScale> {
+        self.mean_period()?;
+        let sides = self.variant.sides.or_else(|| own_sides(&self.spec.material.geometry))?;
+        if sides >= ROUND || !matches!(self.spec.material.geometry, Geometry::Weave(_)) {
+            return None;
+        }
+        let mut recipe = self.spec.recipe.clone();
+        recipe.set_count(&sides_place(), ROUND);
+        write(&mut recipe, &self.spec.parameters, &state.values);
+        recipe.material().and_then(|m| m.build()).ok()
     }
 
     /// The mean height of the edges that the close-up would show of a surface: where its periods lie on top of each other, about.
@@ -86,7 +102,9 @@ impl Model<'_> {
         }
         let state = self.state(point);
         let Ok(small) = self.material(&state).and_then(|m| m.build()) else { return Ok(()) };
-        let Some([low, high]) = self.near_view(&small, control)?.and_then(|v| v.heights()) else { return Ok(()) };
+        let Some([low, high]) = self.near_view(self.rounded(&state).as_ref().unwrap_or(&small), control)?.and_then(|v| v.heights()) else {
+            return Ok(());
+        };
         let mut step = (high - low) / HEIGHTS as f64;
         let mut tried: Vec<(f64, f64)> = Vec::new();
         let mut places: Vec<f64> = (0..=HEIGHTS).map(|k| low + step * k as f64).collect();
