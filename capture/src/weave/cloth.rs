@@ -55,6 +55,8 @@ pub(super) const MAX_TURN: f64 = 0.53;
 const COARSE: usize = 8;
 /// Bins of a crossing when holes are measured.
 const HOLES: usize = 32;
+/// Share of its sides over which a pixel is spread when the shape of a hole is fitted: more would blur what is a pixel wide.
+const HOLE_SPREAD: f64 = 0.5;
 /// Bins of a crossing when shapes are fitted.
 const FINE: (usize, usize) = (8, 14);
 /// Twice as many threads must explain at least this much more.
@@ -108,7 +110,7 @@ pub(super) fn find(scale: &Scale, edges: &Edges, given: Option<&Draft>) -> Optio
         let pitch = [pitch.x, pitch.y];
         labels::sharpen_all(&cloth.fold, &mut cloth.guesses, pitch, cloth.gaps.as_ref());
         if cloth.gaps.is_none() {
-            let fold = Fold::of(&scale.field, &cloth.grid, hole::BINS, hole::BINS, |_, _| [0.0; 2]);
+            let fold = Fold::of(&scale.field, &cloth.grid, hole::BINS, hole::BINS, |_, _| [0.0; 2]).spread(pitch, HOLE_SPREAD);
             cloth.hole = hole::find(&fold, pitch);
         }
     }
@@ -156,7 +158,7 @@ fn explain(scale: &Scale, grid: Grid, given: Option<&Draft>) -> Cloth {
     let none = |_: usize, _: usize| [0.0; 2];
     let fine = Fold::of(&scale.field, &grid, bins(pitch.x), bins(pitch.y), none);
     let coarse = Fold::of(&scale.field, &grid, COARSE, COARSE, none);
-    let gaps = gaps::find(&Fold::of(&scale.field, &grid, HOLES, HOLES, none));
+    let gaps = gaps::find(&Fold::of(&scale.field, &grid, HOLES, HOLES, none).spread([pitch.x, pitch.y], 1.0));
     let guesses = labels::search(&coarse, &fine, [pitch.x, pitch.y], gaps.as_ref(), given);
     Cloth { grid, fold: fine, gaps, hole: None, guesses }
 }

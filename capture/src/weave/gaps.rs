@@ -3,7 +3,8 @@
 //! Where two warps and two wefts leave a hole, the line through it along the wefts crosses no weft: along it only warps and holes alternate, whichever
 //! is over elsewhere, and whatever light and shadow do on the threads. At its edge a round thread turns away from light and camera; its brightness grows as the
 //! root of the distance from the edge. Blurred by a normal curve, that is steepest inside of the edge; where the edge itself is, the slope is [`AT_EDGE`] of
-//! that, however strong the blur.
+//! that, however strong the blur. A flat thread's brightness is a step, whose edge is where the slope is steepest; threads lie between the two, most of them
+//! nearer to the round one.
 
 use super::fold::Fold;
 
@@ -14,7 +15,7 @@ pub(super) struct Gaps {
     pub middle: [f64; 2],
     /// Widths of warp and weft.
     pub fill: [f64; 2],
-    /// From the steepest place to the edge, mean of both sides: how blurred they are.
+    /// From the steepest place to the edge of a round thread, mean of both sides: how blurred they are.
     pub blur: [f64; 2],
 }
 
@@ -26,6 +27,8 @@ const BESIDE: f64 = 0.1;
 const CONTRAST: f64 = 2.0;
 /// Slope at the edge of a round thread over the steepest one: of a root that begins at 0 and is blurred by a normal curve.
 const AT_EDGE: f64 = 0.842;
+/// Where the edge is taken to be between that of a round (0) and of a flat thread (1): from drawn cloths, whose sections are ellipses and flatter ones.
+const FLAT: f64 = 0.25;
 
 /// The hole that all crossings of a fold have in the mean; nothing if there is none that is dark.
 pub(super) fn find(fold: &Fold) -> Option<Gaps> {
@@ -42,12 +45,12 @@ pub(super) fn find(fold: &Fold) -> Option<Gaps> {
         |k: usize, bin: i64, n: i64| ((bin as f64 + 0.5) / n as f64 + 0.5 * (sides[k][1].edge - sides[k][0].edge) + 0.5).rem_euclid(1.0);
     Some(Gaps {
         middle: [middle(0, x0, nx), middle(1, y0, ny)],
-        fill: sides.map(|[a, b]| (1.0 - a.edge - b.edge).clamp(0.3, 1.0)),
+        fill: sides.map(|[a, b]| (1.0 - a.edge - b.edge - FLAT * (a.blur + b.blur)).clamp(0.3, 1.0)),
         blur: sides.map(|[a, b]| 0.5 * (a.blur + b.blur)),
     })
 }
 
-/// One side of a hole: its distance from the hole's darkest place and from where the light rises most, in threads.
+/// One side of a hole: the distance of a round thread's edge from the hole's darkest place and from where the light rises most, in threads.
 #[derive(Clone, Copy)]
 struct Side {
     edge: f64,

@@ -37,8 +37,9 @@ const EDGE_SPREAD_DEG: f64 = 2.0;
 const TURN_SPREAD_DEG: f64 = 6.0;
 /// Threads of fewer pixels are taken for threads only if little else is left.
 const FEW_PIXELS: f64 = 8.0;
-/// Threads of the two directions differ in pitch by at most this factor.
-const MAX_ASPECT: f64 = 4.0;
+/// Threads of the two directions differ in pitch by at most this factor, and seldom by more than the second.
+const MAX_ASPECT: f64 = 8.0;
+const USUAL_ASPECT: f64 = 3.0;
 
 impl Repeat {
     /// Different crossings.
@@ -147,11 +148,13 @@ impl Grid {
                 }
                 let Some(grid) = Self::new(lattice, [a, b]) else { continue };
                 let pitch = grid.pitch();
-                if pitch.max_element() > MAX_ASPECT * pitch.min_element() {
+                let aspect = pitch.max_element() / pitch.min_element();
+                if aspect > MAX_ASPECT {
                     continue;
                 }
                 // Threads lie along most edges; where they are too fine for edges, about along the picture. Many crossings cost,
-                // since any direction can be reached with many; so do threads of few pixels, which are told from others by little.
+                // since any direction can be reached with many; so do threads of few pixels, which are told from others by little,
+                // and threads of unlike pitch.
                 let middle = (0.5 * (ax + ay)).to_degrees();
                 let off = (middle - turn.to_degrees()) / EDGE_SPREAD_DEG;
                 let tilt = middle / TURN_SPREAD_DEG;
@@ -159,7 +162,8 @@ impl Grid {
                 let cost = (off * off).min(4.0 + tilt * tilt)
                     + skew * skew
                     + 2.0 * (grid.repeat.crossings() as f64).ln()
-                    + 2.0 * (FEW_PIXELS / pitch.min_element()).ln().max(0.0);
+                    + 2.0 * (FEW_PIXELS / pitch.min_element()).ln().max(0.0)
+                    + 3.0 * (aspect / USUAL_ASPECT).ln().max(0.0);
                 found.push((cost, grid));
             }
         }

@@ -9,6 +9,7 @@
 
 pub mod flat_shoot;
 
+use biscale::random::mix;
 use biscale_capture::board::{Board, Kind};
 use biscale_capture::colour::{by_rows, checker_rgb};
 use biscale_capture::lens::{Lens, Pose, farthest};
@@ -242,14 +243,9 @@ fn blurred(plane: &[f32], width: usize, sigma: f64) -> Vec<f32> {
     pass(&pass(plane, true), false)
 }
 
-/// A normal number by hashing (splitmix64) and the method of Box and Muller.
+/// A normal number of a key, by the library's hash and the method of Box and Muller.
 pub fn normal(key: u64) -> f64 {
-    let hash = |k: u64| {
-        let mut z = k.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (z ^ (z >> 31)) as f64 / u64::MAX as f64
-    };
+    let hash = |k: u64| mix(k.wrapping_add(0x9e37_79b9_7f4a_7c15)) as f64 / u64::MAX as f64;
     (-2.0 * hash(2 * key).max(1e-300).ln()).sqrt() * (std::f64::consts::TAU * hash(2 * key + 1)).cos()
 }
 

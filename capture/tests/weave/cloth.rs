@@ -2,6 +2,7 @@
 
 #![allow(dead_code, reason = "each test uses a part of it")]
 
+use biscale::random::Random as Stream;
 use rayon::prelude::*;
 
 /// How a cloth looks.
@@ -50,19 +51,18 @@ pub struct Picture {
     pub rgb: Vec<[f32; 3]>,
 }
 
-/// `SplitMix64`.
-pub struct Random(pub u64);
+/// The library's stream of numbers, as cloths need them.
+pub struct Random(Stream);
 
 impl Random {
+    pub fn new(seed: u64) -> Self {
+        Self(Stream::from_state(seed))
+    }
     pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
+        self.0.bits()
     }
     pub fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
+        self.0.unit()
     }
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
@@ -75,7 +75,7 @@ impl Random {
 
 /// A value of -1 to 1 for a place.
 fn hash(a: i64, b: i64, seed: u64) -> f64 {
-    let mut random = Random(seed ^ (a as u64).wrapping_mul(0x9E37_79B1) ^ (b as u64).wrapping_mul(0x85EB_CA77_C2B2_AE63));
+    let mut random = Random::new(seed ^ (a as u64).wrapping_mul(0x9E37_79B1) ^ (b as u64).wrapping_mul(0x85EB_CA77_C2B2_AE63));
     random.next();
     2.0 * random.unit() - 1.0
 }
@@ -225,7 +225,7 @@ impl Drawn<'_> {
         let [width, height] = self.size;
         let (sin, cos) = self.turn_deg.to_radians().sin_cos();
         const SAMPLES: usize = 2;
-        let mut random = Random(self.seed ^ 0xC10_7000);
+        let mut random = Random::new(self.seed ^ 0xC10_7000);
         let mut linear = vec![[0.0_f64; 3]; width * height];
         let origin = [random.unit() * 20.0, random.unit() * 20.0];
         linear.par_chunks_exact_mut(width).enumerate().for_each(|(row, line)| {

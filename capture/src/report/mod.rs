@@ -1,43 +1,18 @@
 //! `report.html`: every photograph with what was found in it, every number, every check. One file that needs no other.
 
+mod view;
+
+pub use view::{Mark, View};
+
+use self::view::{figure, image, thumbnail};
 use crate::checks::CATALOGUE;
 use crate::photo::Picture;
-use base64::Engine as _;
-use base64::engine::general_purpose::STANDARD;
 use biscale::error::{Error, Result};
 use biscale::formats::capture::{Capture, Check, Sample, Severity};
 use biscale::render::picture::linear_to_srgb;
 use glam::DVec2;
 use std::fmt::Write as _;
 use std::path::Path;
-
-/// Largest side of a picture in the report, px.
-const SIDE: usize = 900;
-
-/// Something drawn over a photograph, px.
-#[derive(Clone, Debug)]
-pub enum Mark {
-    /// A closed line of a kind (`marker`, `sample`, `patch`).
-    Outline(Vec<DVec2>, &'static str),
-    /// A point.
-    Cross(DVec2),
-    /// A circle of a kind.
-    Circle(DVec2, f64, &'static str),
-}
-
-/// One photograph of the report.
-#[derive(Clone, Debug)]
-pub struct View {
-    /// Its file.
-    pub title: String,
-    /// Its role.
-    pub role: &'static str,
-    /// What is drawn over it.
-    pub marks: Vec<Mark>,
-    size: (usize, usize),
-    jpeg: Vec<u8>,
-    rows: Vec<(String, String)>,
-}
 
 /// What the report gathers beside `capture.json`.
 #[derive(Clone, Debug, Default)]
@@ -63,69 +38,9 @@ struct CloseUp {
     size: (usize, usize),
 }
 
-impl View {
-    /// Of a photograph; saturated pixels are tinted. `encoded`: its values go to the screen as they are, else they are scaled and get the curve of sRGB.
-    pub fn new(title: &str, role: &'static str, picture: &Picture, saturated: Option<&[bool]>, encoded: bool) -> Self {
-        Self {
-            title: title.to_owned(),
-            role,
-            marks: Vec::new(),
-            size: (picture.width, picture.height),
-            jpeg: thumbnail(picture, saturated, encoded),
-            rows: Vec::new(),
-        }
-    }
-
-    /// Adds a line of numbers.
-    pub fn row(&mut self, name: &str, value: String) {
-        self.rows.push((name.to_owned(), value));
-    }
-}
-
-/// A smaller picture as JPEG: means of blocks, saturated ones in magenta.
-fn thumbnail(picture: &Picture, saturated: Option<&[bool]>, encoded: bool) -> Vec<u8> {
-    let block = picture.width.max(picture.height).div_ceil(SIDE).max(1);
-    let (width, height) = ((picture.width / block).max(1), (picture.height / block).max(1));
-    let mut means = vec![[0.0_f32; 3]; width * height];
-    let mut over = vec![false; width * height];
-    for (i, mean) in means.iter_mut().enumerate() {
-        let (x, y) = ((i % width) * block, (i / width) * block);
-        let mut count = 0.0;
-        for row in y..(y + block).min(picture.height) {
-            for column in x..(x + block).min(picture.width) {
-                for (m, v) in mean.iter_mut().zip(picture.at(column, row)) {
-                    *m += v;
-                }
-                count += 1.0;
-                over[i] |= saturated.is_some_and(|s| s[row * picture.width + column]);
-            }
-        }
-        *mean = mean.map(|m| m / count);
-    }
-    let mut bright: Vec<f32> = means.iter().map(|m| m[0].max(m[1]).max(m[2])).collect();
-    let k = (bright.len() - 1) * 99 / 100;
-    let white = bright.select_nth_unstable_by(k, f32::total_cmp).1.max(1e-12);
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
-    let byte = |v: f32| {
-        let shown = if encoded { f64::from(v) } else { linear_to_srgb(f64::from(v / white)) };
-        (255.0 * shown.clamp(0.0, 1.0) + 0.5) as u8
-    };
-    let pixels: Vec<u8> = means.iter().zip(&over).flat_map(|(m, over)| if *over { [255, 0, 200] } else { m.map(byte) }).collect();
-    let mut out = Vec::new();
-    let (width, height) = (u32::try_from(width).unwrap_or(1), u32::try_from(height).unwrap_or(1));
-    let encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut out, 85);
-    // Writing into memory fails for no picture of this size.
-    let _ = image::ImageEncoder::write_image(encoder, &pixels, width, height, image::ExtendedColorType::Rgb8);
-    out
-}
-
 /// Text for HTML.
 fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
-fn image(jpeg: &[u8]) -> String {
-    format!("data:image/jpeg;base64,{}", STANDARD.encode(jpeg))
 }
 
 const STYLE: &str = "\
@@ -453,50 +368,6 @@ fn sample(out: &mut String, capture: &Capture) {
     let _ = writeln!(out, "<h2>Sample</h2>\n<p>{text}</p>");
 }
 
-fn figure(out: &mut String, view: &View, checks: &[Check], large: bool) {
-    let (w, h) = view.size;
-    let class = if large { " class=\"large\"" } else { "" };
-    let _ = write!(
-        out,
-        "<figure{class}><svg viewBox=\"0 0 {w} {h}\"><image href=\"{}\" width=\"{w}\" height=\"{h}\" preserveAspectRatio=\"none\"/>",
-        image(&view.jpeg)
-    );
-    let tick = w as f64 / 200.0;
-    for mark in &view.marks {
-        // A pixel's centre has whole coordinates; the picture's corner is half a pixel away.
-        let at = |p: DVec2| (p.x + 0.5, p.y + 0.5);
-        match mark {
-            Mark::Outline(points, kind) => {
-                let points: String = points.iter().map(|p| format!("{:.1},{:.1} ", at(*p).0, at(*p).1)).collect();
-                let _ = write!(out, "<polygon class=\"{kind}\" points=\"{points}\"/>");
-            }
-            Mark::Cross(p) => {
-                let (x, y) = at(*p);
-                let _ = write!(
-                    out,
-                    "<path class=\"cross\" d=\"M{:.1} {y:.1}h{:.1}M{x:.1} {:.1}v{:.1}\"/>",
-                    x - tick,
-                    2.0 * tick,
-                    y - tick,
-                    2.0 * tick
-                );
-            }
-            Mark::Circle(p, r, kind) => {
-                let (x, y) = at(*p);
-                let _ = write!(out, "<circle class=\"{kind}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{r:.1}\"/>");
-            }
-        }
-    }
-    let _ = write!(out, "</svg><figcaption><b>{}</b>", escape(&view.title));
-    for (name, value) in &view.rows {
-        let _ = write!(out, "<br>{}: {}", escape(name), escape(value));
-    }
-    for c in checks.iter().filter(|c| c.photograph.as_deref() == Some(&view.title) && c.severity > Severity::Ok) {
-        let _ = write!(out, "<br><span class=\"{}\">{}</span> {}", word(c.severity), c.code, escape(&c.message));
-    }
-    out.push_str("</figcaption></figure>\n");
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -506,17 +377,5 @@ mod tests {
         for (v, text) in [(0.0, "0"), (535.915_7, "535.9"), (-0.266_37, "-0.2664"), (1e-9, "1.000e-9"), (12_345.6, "12346"), (2.0, "2")] {
             assert_eq!(digits(v), text);
         }
-    }
-
-    #[test]
-    fn pictures_are_small_and_show_what_is_saturated() {
-        let picture = Picture::new(4000, 10);
-        let mut saturated = vec![false; 40_000];
-        saturated[0] = true;
-        let jpeg = thumbnail(&picture, Some(&saturated), false);
-        let small = image::load_from_memory(&jpeg).unwrap().into_rgb8();
-        assert!(small.width() <= SIDE as u32);
-        let p = small.get_pixel(0, 0);
-        assert!(p[0] > 120 && p[1] < 120, "{p:?}");
     }
 }
