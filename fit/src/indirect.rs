@@ -5,6 +5,7 @@
 use crate::cells::Cells;
 use crate::close_up::CloseUp;
 use crate::model::Indirect;
+use crate::near_paths;
 use biscale::direction::Pair;
 use biscale::error::Result;
 use biscale::filter::{Control, Method, Quality, effective};
@@ -15,7 +16,8 @@ const TOLERANCE: f64 = 0.01;
 /// Cells whose directions are this near share what is traced, radians.
 const STEP: f64 = 0.12;
 
-/// The indirect light of a material in the cells of the distant photographs, whose lights are turned by `lights`, and in the close-up.
+/// The indirect light of a material in the cells of the distant photographs, whose lights are turned by `lights`, and in the close-up, whose periods are laid on each
+/// other at `height`.
 ///
 /// # Errors
 /// Those of the filter.
@@ -23,7 +25,7 @@ pub fn indirect(
     small: &SmallScale,
     photographs: &[Cells],
     lights: &[[f64; 2]],
-    close_up: Option<&CloseUp>,
+    (close_up, height): (Option<&CloseUp>, f64),
     (bounces, seed): (u32, u64),
     control: &Control<'_>,
 ) -> Result<Indirect> {
@@ -68,6 +70,11 @@ pub fn indirect(
             std::array::from_fn(|c| if all[c] > 0.0 { indirect.close_up[c] * k.light[c] / all[c] } else { 0.0 })
         };
         indirect.kinds = close_up.kinds.iter().map(share).collect();
+        if close_up.mean_period.is_some() {
+            #[expect(clippy::cast_possible_truncation, reason = "any number will do")]
+            let seed = seed as u32;
+            indirect.places = near_paths::light_between(small, pair, height, (bounces, seed), control)?;
+        }
     }
     Ok(indirect)
 }

@@ -24,6 +24,7 @@ pub mod linear;
 pub mod mean_period;
 pub mod model;
 mod near;
+mod near_paths;
 pub mod optimise;
 pub mod period;
 pub mod photograph;

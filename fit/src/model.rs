@@ -42,6 +42,8 @@ pub struct Indirect {
     pub close_up: [f64; 3],
     /// For each kind of the close-up its share of that.
     pub kinds: Vec<[f64; 3]>,
+    /// The same place by place of a period, if that is how the close-up is compared: see [`crate::near_paths`].
+    pub places: Vec<[f64; 3]>,
 }
 
 /// One equation, linear in the unknowns.

@@ -4,6 +4,7 @@ use crate::align::{self, Windows};
 use crate::close_up::{CloseUp, Kind};
 use crate::mean_period::MeanPeriod;
 use crate::model::{Model, Origin, Row, Sorting, State, huber, write};
+use crate::near_paths;
 use crate::tile_view::{Part, TileView};
 use crate::unknowns::colour_of;
 use crate::variant::{own_sides, sides_place};
@@ -215,25 +216,9 @@ impl Model<'_> {
     ) {
         let windows = Windows::new(view.size, mean.size, shift);
         let shares: Vec<Vec<[f64; 3]>> = view.shares.iter().map(|s| windows.of(s)).collect();
-        // Light between threads falls on all of a surface.
-        let extra: Vec<[f64; 3]> = match self.indirect {
-            None => Vec::new(),
-            Some(indirect) => {
-                let apart = close_up.tells_surfaces_apart(small.surfaces.len());
-                let mut extra = vec![[0.0; 3]; mean.mean.len()];
-                for (surface, cover) in view.covers.iter().enumerate() {
-                    let own = match self.variant.kinds.iter().position(|s| *s == surface) {
-                        Some(kind) if apart => indirect.kinds[kind],
-                        _ => indirect.close_up.map(|v| v / view.covers.len() as f64),
-                    };
-                    let whole = cover.iter().sum::<f64>() / cover.len() as f64;
-                    let places = windows.of(&cover.iter().map(|c| [*c]).collect::<Vec<_>>());
-                    for (sum, place) in extra.iter_mut().zip(places) {
-                        (0..3).for_each(|c| sum[c] += close_up.irradiance[c] * own[c] * place[0] / whole.max(0.02));
-                    }
-                }
-                extra
-            }
+        let extra = match self.indirect {
+            Some(indirect) if !indirect.places.is_empty() => Windows::new(near_paths::SIZE, mean.size, shift).of(&indirect.places),
+            _ => Vec::new(),
         };
         let weight = PERIOD_WEIGHT / (3 * mean.mean.len()) as f64;
         let between = match (self.spec.bounces > 0, self.indirect.is_some()) {
@@ -244,7 +229,7 @@ impl Model<'_> {
         for (place, (&value, &sigma)) in mean.mean.iter().zip(&mean.sigma).enumerate() {
             for c in 0..3 {
                 let (terms, known) = self.terms(|slot| close_up.irradiance[c] * shares[slot][place][c], c, small);
-                let known = known + extra.get(place).map_or(0.0, |e| e[c]);
+                let known = known + extra.get(place).map_or(0.0, |e| close_up.irradiance[c] * e[c]);
                 let weight = if mean.count[place] > 0.0 { weight } else { 0.0 };
                 let sigma = self.doubt * sigma[c].hypot(between * value[c]);
                 rows.push((Row { terms, known, value: value[c], sigma, weight }, Origin::CloseUp));

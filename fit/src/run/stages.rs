@@ -192,7 +192,7 @@ impl Search<'_> {
         let state = model.state(&start.point);
         let recipe = recipe_of(prepared.spec, model.variant, &state, &model.unknowns, &evaluated.linear);
         let small = recipe.material()?.build()?;
-        let close_up = prepared.close_up.as_ref();
+        let close_up = (prepared.close_up.as_ref(), start.laid.map_or(0.0, |[height, _]| height));
         let found =
             indirect(&small, &prepared.fine, &state.lights, close_up, (prepared.spec.bounces, self.options.seed), self.shared.control)?;
         Ok(Some(found))
