@@ -5,6 +5,7 @@ use crate::close_up::{CloseUp, Kind};
 use crate::mean_period::MeanPeriod;
 use crate::model::{Model, Origin, Row, Sorting, State, huber, write};
 use crate::near_paths;
+use crate::recipe::Recipe;
 use crate::tile_view::{Part, TileView};
 use crate::unknowns::colour_of;
 use crate::variant::{own_sides, sides_place};
@@ -57,17 +58,23 @@ impl Model<'_> {
         TileView::new(small, &self.slots, (&close_up.pairs, height), blur, (size, round), self.seed, control)
     }
 
-    /// The surface as it is seen from near, if it is another one: threads are round there, however few sides this variant gives them for what is seen from afar.
+    /// The surface as it is seen from near, if it is another one: see [`Self::rounded_recipe`].
     pub(crate) fn rounded(&self, state: &State) -> Option<SmallScale> {
+        let mut recipe = self.rounded_recipe(&self.spec.recipe)?;
+        write(&mut recipe, &self.spec.parameters, &state.values);
+        recipe.material().and_then(|m| m.build()).ok()
+    }
+
+    /// A material as it is seen from near, if it is another one: threads are round there, however few sides this variant gives them for what is seen from afar.
+    pub(crate) fn rounded_recipe(&self, recipe: &Recipe) -> Option<Recipe> {
         self.mean_period()?;
         let sides = self.variant.sides.or_else(|| own_sides(&self.spec.material.geometry))?;
         if sides >= ROUND || !matches!(self.spec.material.geometry, Geometry::Weave(_)) {
             return None;
         }
-        let mut recipe = self.spec.recipe.clone();
+        let mut recipe = recipe.clone();
         recipe.set_count(&sides_place(), ROUND);
-        write(&mut recipe, &self.spec.parameters, &state.values);
-        recipe.material().and_then(|m| m.build()).ok()
+        Some(recipe)
     }
 
     /// The mean height of the edges that the close-up would show of a surface: where its periods lie on top of each other, about.

@@ -252,8 +252,7 @@ fn validate_one(
     control: &Control<'_>,
 ) -> Result<(Validation, Compared)> {
     let spec = prepared.spec;
-    let extra =
-        if spec.bounces > 0 { Some(indirect(small, &cells, &[[0.0; 2]], (None, 0.0), (spec.bounces, seed), control)?) } else { None };
+    let extra = if spec.bounces > 0 { Some(indirect(small, &cells, &[[0.0; 2]], None, (spec.bounces, seed), control)?) } else { None };
     let mut predicted = predict(small, &cells[0], prepared.opaque, extra.as_ref(), veil, control)?;
     let mut photograph = photograph.clone();
     let mut exposure = None;

@@ -2,7 +2,7 @@
 
 use super::{COARSE, FINE, Options, POLISH_SAMPLES, Prepared, Stopwatch, recipe_of};
 use crate::cells::Cells;
-use crate::indirect::indirect;
+use crate::indirect::{Near, indirect};
 use crate::model::{Indirect, Model};
 use crate::optimise::{Limits, Optimiser};
 use crate::search::{self, APART, Shared, Stage, Start, Task, in_parallel};
@@ -192,7 +192,9 @@ impl Search<'_> {
         let state = model.state(&start.point);
         let recipe = recipe_of(prepared.spec, model.variant, &state, &model.unknowns, &evaluated.linear);
         let small = recipe.material()?.build()?;
-        let close_up = (prepared.close_up.as_ref(), start.laid.map_or(0.0, |[height, _]| height));
+        let round = model.rounded_recipe(&recipe).map(|r| r.material().and_then(|m| m.build())).transpose()?;
+        let near = Near { small: round.as_ref().unwrap_or(&small), height: start.laid.map_or(0.0, |[height, _]| height) };
+        let close_up = prepared.close_up.as_ref().map(|c| (c, near));
         let found =
             indirect(&small, &prepared.fine, &state.lights, close_up, (prepared.spec.bounces, self.options.seed), self.shared.control)?;
         Ok(Some(found))
