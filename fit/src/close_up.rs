@@ -8,10 +8,13 @@
 //! - the *light*: the sum of its radiance over all pixels of the picture, against the share of `S` that comes from that surface;
 //! - its *tones*: the mean radiance of its darkest fifth, of its next one, and so on, against those of its facets. They tell gloss from
 //!   diffuse light, and round threads from flat ones.
+//!
+//! Where the picture repeats as the model does, its *mean period* is used in place of all three: see [`crate::mean_period`].
 
 use crate::blur;
 use crate::cells::Sight;
-use crate::period::{Period, Straight};
+use crate::mean_period::MeanPeriod;
+use crate::period::{Period, Straight, coordinates};
 use crate::photograph::Photograph;
 use biscale::direction::Pair;
 use biscale::material::SmallScale;
@@ -41,7 +44,7 @@ const LEAST_PIXELS: usize = 200;
 const ROUNDS: usize = 30;
 
 /// What was found in a close-up.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct CloseUp {
     /// Period along tile x and y, in the units of the close-up's camera.
     pub period: [Option<Period>; 2],
@@ -50,6 +53,12 @@ pub struct CloseUp {
     /// Directions in the middle of the picture, tile's frame: to the light, to the viewer.
     #[serde(skip)]
     pub pair: Option<Pair>,
+    /// The same in [`SPREAD`] x [`SPREAD`] parts of the picture, rows of tile x: perspective sees each under another angle.
+    #[serde(skip)]
+    pub pairs: Vec<Pair>,
+    /// Mean distance of the camera from the surface, along its normal.
+    #[serde(skip)]
+    pub distance: f64,
     /// Mean irradiance on a plane that faces the light.
     pub irradiance: [f64; 3],
     /// Whether the irradiance is known.
@@ -63,6 +72,8 @@ pub struct CloseUp {
     pub other_choices: Vec<Vec<usize>>,
     /// What the user should know.
     pub notes: Vec<String>,
+    /// All periods laid on top of each other, if the picture repeats as the model does.
+    pub mean_period: Option<MeanPeriod>,
     /// The kind of each pixel of the photograph, 255 for none.
     #[serde(skip)]
     pub labels: Vec<u8>,
@@ -76,6 +87,9 @@ pub struct Blur {
     /// Standard deviation on the surface, in the units of the camera, with the extent of the pixels.
     pub length: f64,
 }
+
+/// Parts of the picture along either direction whose angles are told apart.
+pub const SPREAD: usize = 4;
 
 /// Standard deviation of a place within a pixel.
 pub const BOX: f64 = 0.288_675_134_594_812_9;
@@ -94,8 +108,8 @@ pub struct Kind {
 }
 
 impl CloseUp {
-    /// Looks at the pixels of the close-up; `start` is the material to start from.
-    pub fn new(photograph: &Photograph, sights: &[Sight], start: &SmallScale, colours: &[[f64; 3]]) -> Self {
+    /// Looks at the pixels of the close-up; `start` is the material to start from, `uniform` along which directions its tile does not change.
+    pub fn new(photograph: &Photograph, sights: &[Sight], start: &SmallScale, uniform: [bool; 2], colours: &[[f64; 3]]) -> Self {
         let mut found = Self { exposure_known: photograph.exposure_known, ..Self::default() };
         let seen: Vec<(u32, DVec3)> = sights.iter().map(|s| (s.pixel, s.position)).collect();
         match Straight::new(photograph, &seen) {
@@ -115,8 +129,11 @@ impl CloseUp {
         let n = used.len() as f64;
         let mean = |f: &dyn Fn(&Sight) -> DVec3| (used.iter().map(|s| f(s)).sum::<DVec3>() / n).normalize();
         found.pair = Some(Pair { wi: mean(&|s| s.wi), wo: mean(&|s| s.wo) });
+        found.pairs = pairs(photograph, &used);
+        found.distance = used.iter().map(|s| photograph.camera.origin.distance(s.position) * s.wo.z).sum::<f64>() / n;
         found.irradiance = std::array::from_fn(|c| used.iter().map(|s| s.irradiance[c]).sum::<f64>() / n);
         let pixels: Vec<[f64; 3]> = used.iter().map(|s| image.rgb[s.pixel as usize].map(|v| f64::from(v).max(0.0))).collect();
+        found.mean_period = MeanPeriod::new(photograph, &used, &pixels, found.period, (start.tile.period.to_array(), uniform));
         let surfaces = start.surfaces.len();
         let mut light: Vec<f64> = pixels.iter().map(|p| p.iter().sum()).collect();
         light.sort_by(f64::total_cmp);
@@ -150,10 +167,47 @@ impl CloseUp {
         [0, 1].map(|axis| blur.length * scale(axis).unwrap_or(any) / tile[axis])
     }
 
+    /// With periods as they are on the plane that the photograph's object names, where the mean period was laid at `height` of a tile whose period is `tile`: what lies under
+    /// that plane is farther from the camera, and looks smaller.
+    #[must_use]
+    pub fn on_its_plane(&self, height: f64, tile: [f64; 2]) -> Self {
+        let mut found = self.clone();
+        let Some(mean) = &self.mean_period else { return found };
+        for k in 0..2 {
+            if let (Some(period), Some(length)) = (&mut found.period[k], mean.length[k]) {
+                period.length = length / (1.0 + height * length / (tile[k] * self.distance));
+            }
+        }
+        found
+    }
+
     /// Whether the kinds are surfaces.
     pub fn tells_surfaces_apart(&self, surfaces: usize) -> bool {
         !self.kinds.is_empty() && self.kinds.len() == surfaces
     }
+}
+
+/// Mean directions of the parts of the picture, each of as many pixels; of all pixels where they have no places on the tile.
+fn pairs(photograph: &Photograph, used: &[&Sight]) -> Vec<Pair> {
+    let mean = |of: &[([f64; 2], &Sight)]| Pair {
+        wi: of.iter().map(|(_, s)| s.wi).sum::<DVec3>().normalize(),
+        wo: of.iter().map(|(_, s)| s.wo).sum::<DVec3>().normalize(),
+    };
+    let places = used.iter().map(|s| Some((coordinates(photograph, s.position)?, *s))).collect::<Option<Vec<_>>>();
+    let Some(mut places) = places.filter(|p| p.len() >= SPREAD * SPREAD) else {
+        let all: Vec<([f64; 2], &Sight)> = used.iter().map(|s| ([0.0; 2], *s)).collect();
+        return vec![mean(&all); SPREAD * SPREAD];
+    };
+    let mut pairs = Vec::new();
+    places.sort_by(|a, b| a.0[1].total_cmp(&b.0[1]));
+    let cut = |of: usize, k: usize| of * k / SPREAD;
+    for y in 0..SPREAD {
+        let of = places.len();
+        let row = &mut places[cut(of, y)..cut(of, y + 1)];
+        row.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
+        pairs.extend((0..SPREAD).map(|x| mean(&row[cut(row.len(), x)..cut(row.len(), x + 1)])));
+    }
+    pairs
 }
 
 fn chromaticity(p: [f64; 3]) -> [f64; 3] {
@@ -335,6 +389,17 @@ fn permutations(n: usize) -> Vec<Vec<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_lies_deep_has_a_longer_period_than_it_shows() {
+        let mut found = CloseUp { distance: 22.0, ..CloseUp::default() };
+        // Of tiles of period 1, seen at a period of 1/1.02 where edges lie .44 under the plane: 22.44 / 22.
+        found.period[0] = Some(Period { length: 0.98, sigma: 0.01, agreement: 0.9 });
+        assert_eq!(found.on_its_plane(-0.44, [1.0; 2]), found);
+        found.mean_period = Some(MeanPeriod { length: [Some(1.0 / 1.02), None], ..MeanPeriod::default() });
+        let there = found.on_its_plane(-0.44, [1.0; 2]).period;
+        assert!((there[0].unwrap().length - 1.0).abs() < 1e-3 && there[1].is_none(), "{there:?}");
+    }
 
     #[test]
     fn pixels_of_two_colours_under_shading_and_highlights_are_sorted() {

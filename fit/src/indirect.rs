@@ -5,6 +5,7 @@
 use crate::cells::Cells;
 use crate::close_up::CloseUp;
 use crate::model::Indirect;
+use crate::near_paths;
 use biscale::direction::Pair;
 use biscale::error::Result;
 use biscale::filter::{Control, Method, Quality, effective};
@@ -15,7 +16,16 @@ const TOLERANCE: f64 = 0.01;
 /// Cells whose directions are this near share what is traced, radians.
 const STEP: f64 = 0.12;
 
-/// The indirect light of a material in the cells of the distant photographs, whose lights are turned by `lights`, and in the close-up.
+/// The surface as the close-up shows it.
+#[derive(Clone, Copy)]
+pub struct Near<'a> {
+    /// The one of whose material `indirect` is asked, with round threads.
+    pub small: &'a SmallScale,
+    /// Height at which the periods are laid on each other.
+    pub height: f64,
+}
+
+/// The indirect light of a material in the cells of the distant photographs, whose lights are turned by `lights`, and in the close-up, as `near` has it.
 ///
 /// # Errors
 /// Those of the filter.
@@ -23,13 +33,13 @@ pub fn indirect(
     small: &SmallScale,
     photographs: &[Cells],
     lights: &[[f64; 2]],
-    close_up: Option<&CloseUp>,
+    close_up: Option<(&CloseUp, Near<'_>)>,
     (bounces, seed): (u32, u64),
     control: &Control<'_>,
 ) -> Result<Indirect> {
     let mut pairs: Vec<Pair> = photographs.iter().zip(lights).flat_map(|(cells, light)| cells.pairs(*light)).collect();
     let of_cells = pairs.len();
-    if let Some(pair) = close_up.and_then(|c| c.pair) {
+    if let Some(pair) = close_up.and_then(|(c, _)| c.pair) {
         pairs.push(pair);
     }
     // It changes slowly with the directions: one pair stands for those around it.
@@ -60,7 +70,9 @@ pub fn indirect(
         })
         .collect();
     let mut indirect = Indirect { cells, ..Indirect::default() };
-    if let (Some(close_up), Some(pair)) = (close_up, close_up.and_then(|c| c.pair)) {
+    if let Some((close_up, near)) = close_up
+        && let Some(pair) = close_up.pair
+    {
         indirect.close_up = of(of_cells, 1.0 / pair.wo.z);
         // Each kind gets as much of it as of all light: what shines on it is what its neighbours send.
         let all: [f64; 3] = std::array::from_fn(|c| close_up.kinds.iter().map(|k| k.light[c]).sum());
@@ -68,6 +80,11 @@ pub fn indirect(
             std::array::from_fn(|c| if all[c] > 0.0 { indirect.close_up[c] * k.light[c] / all[c] } else { 0.0 })
         };
         indirect.kinds = close_up.kinds.iter().map(share).collect();
+        if close_up.mean_period.is_some() {
+            #[expect(clippy::cast_possible_truncation, reason = "any number will do")]
+            let seed = seed as u32;
+            indirect.places = near_paths::light_between(near.small, pair, near.height, (bounces, seed), control)?;
+        }
     }
     Ok(indirect)
 }

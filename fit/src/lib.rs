@@ -12,6 +12,7 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic"))]
 
+mod align;
 pub mod blur;
 pub mod capture;
 pub mod cells;
@@ -20,12 +21,15 @@ pub mod descent;
 pub mod identify;
 pub mod indirect;
 pub mod linear;
+pub mod mean_period;
 pub mod model;
 mod near;
+mod near_paths;
 pub mod optimise;
 pub mod period;
 pub mod photograph;
 pub mod picture;
+pub mod profile;
 pub mod recipe;
 pub mod run;
 pub mod search;

@@ -19,6 +19,8 @@ pub const HUBER: f64 = 2.5;
 /// Most rounds of reweighting, and the change of the objective that ends them.
 const ROUNDS: usize = 12;
 const SETTLED: f64 = 1e-7;
+/// How often the model's period is laid on that of the close-up anew, with the colours that were found.
+const ALIGNMENTS: usize = 2;
 /// Standard deviation of the veil, as a share of the mean radiance of its photograph.
 const VEIL_SIGMA: f64 = 0.02;
 
@@ -40,6 +42,8 @@ pub struct Indirect {
     pub close_up: [f64; 3],
     /// For each kind of the close-up its share of that.
     pub kinds: Vec<[f64; 3]>,
+    /// The same place by place of a period, if that is how the close-up is compared: see [`crate::near_paths`].
+    pub places: Vec<[f64; 3]>,
 }
 
 /// One equation, linear in the unknowns.
@@ -87,6 +91,10 @@ pub struct Model<'a> {
     pub unknowns: Vec<Unknown>,
     /// What is added to direct light.
     pub indirect: Option<&'a Indirect>,
+    /// Height at which the periods of the close-up were laid on top of each other: first that of its edges, then what [`Model::settle_height`] found.
+    pub height: f64,
+    /// What the standard deviations of the close-up's mean period are multiplied by: how badly the material explains it, at least 1.
+    pub doubt: f64,
     frozen: Frozen,
     pub(crate) samples: u32,
     pub(crate) seed: u32,
@@ -136,7 +144,7 @@ impl Evaluated {
 }
 
 /// Twice Huber's loss of a residual: its square, or linear beyond [`HUBER`].
-fn huber(r: f64) -> f64 {
+pub(crate) fn huber(r: f64) -> f64 {
     let a = r.abs();
     if a <= HUBER { a * a } else { HUBER * (2.0 * a - HUBER) }
 }
@@ -177,7 +185,7 @@ impl<'a> Model<'a> {
         let slots = slots(&spec.material.surfaces);
         let mut pairs: Vec<Pair> = photographs.iter().flat_map(|cells| cells.pairs([0.0; 2])).collect();
         pairs.extend(close_up.and_then(|c| c.pair));
-        Ok(Self {
+        let mut model = Self {
             spec,
             photographs,
             close_up,
@@ -185,12 +193,21 @@ impl<'a> Model<'a> {
             variables: variables(spec),
             unknowns: unknowns(spec, photographs.len()),
             indirect,
+            height: 0.0,
+            doubt: 1.0,
             frozen: Frozen::new(&small, samples, seed, &pairs, control)?,
             samples,
             seed,
             opaque,
             slots,
-        })
+        };
+        model.height = model.height_of_edges(&small, control)?;
+        Ok(model)
+    }
+
+    /// Whether the close-up is compared place by place of its mean period.
+    pub fn near_places(&self) -> bool {
+        self.mean_period().is_some()
     }
 
     /// Lets the search move the colours, too.
@@ -202,7 +219,9 @@ impl<'a> Model<'a> {
     /// How many residuals [`Evaluated::fixed`] begins with that come from the close-up.
     pub fn covers(&self) -> usize {
         match self.close_up {
-            Some(c) if c.pair.is_some() && c.tells_surfaces_apart(self.spec.material.surfaces.len()) => c.kinds.len(),
+            Some(c) if self.mean_period().is_none() && c.pair.is_some() && c.tells_surfaces_apart(self.spec.material.surfaces.len()) => {
+                c.kinds.len()
+            }
             _ => 0,
         }
     }
@@ -271,6 +290,23 @@ impl<'a> Model<'a> {
             upper.clone_from_slice(held);
         }
         let looked = self.look(&state, &small, control)?;
+        if let Some(view) = looked.near.as_ref().filter(|_| self.mean_period().is_some()) {
+            // Where in the period the picture begins answers to the colours a little, and these to it.
+            let solved = |shift| {
+                let (rows, fixed) = self.equations(&state, &small, &looked, Sorting::Laid(shift));
+                solve(rows, fixed, &lower, &upper)
+            };
+            let first = self.laid(view, &small).into_iter().map(|shift| (solved(shift), shift));
+            let Some((mut found, mut shift)) = first.min_by(|a, b| a.0.objective.total_cmp(&b.0.objective)) else { return Ok(None) };
+            for _ in 0..ALIGNMENTS {
+                shift = self.laid_better(view, &small, &found.linear, shift);
+                found = solved(shift);
+                if linear.is_some() {
+                    break;
+                }
+            }
+            return Ok(Some(found));
+        }
         if let Some(held) = linear {
             let (rows, fixed) = self.equations(&state, &small, &looked, Sorting::ByColour(held));
             return Ok(Some(solve(rows, fixed, &lower, &upper)));
@@ -311,7 +347,8 @@ impl<'a> Model<'a> {
             &fresh
         };
         let shares = frozen.on(small, control)?.shares(&pairs, &self.slots)?;
-        Ok(Looked { shares, near: self.near_view(small, control)? })
+        let near = self.near_view(self.rounded(state).as_ref().unwrap_or(small), control)?;
+        Ok(Looked { shares, near })
     }
 
     /// The equations of a state, and the residuals that are none.
@@ -397,6 +434,8 @@ pub(crate) enum Sorting<'a> {
     BySurface,
     /// By colour, where the unknowns are these.
     ByColour(&'a [f64]),
+    /// Not at all: place by place of the mean period, with this shift.
+    Laid([f64; 2]),
 }
 
 /// The surface as the photographs need it.

@@ -1,11 +1,17 @@
 //! The close-up's equations: the cover, the light and the tones of each kind of its pixels, against those of a period of the surface.
 
+use crate::align::{self, Windows};
 use crate::close_up::{CloseUp, Kind};
-use crate::model::{Model, Origin, Row, Sorting};
+use crate::mean_period::MeanPeriod;
+use crate::model::{Model, Origin, Row, Sorting, State, huber, write};
+use crate::near_paths;
+use crate::recipe::Recipe;
 use crate::tile_view::{Part, TileView};
 use crate::unknowns::colour_of;
+use crate::variant::{own_sides, sides_place};
 use biscale::error::Result;
 use biscale::filter::Control;
+use biscale::filter::frozen::{Slot, SlotColour};
 use biscale::geometry::Geometry;
 use biscale::material::SmallScale;
 
@@ -14,18 +20,119 @@ const LIGHT: [f64; 2] = [0.015, 0.025];
 /// The same of its tones; neighbours tell nearly the same.
 const TONE: [f64; 2] = [0.025, 0.035];
 const TONE_WEIGHT: f64 = 0.5;
+/// What all places of the mean period count together: the model errors of neighbours, and of three channels, are alike.
+const PERIOD_WEIGHT: f64 = 160.0;
+/// Rays along a period of the first look, which tells how high the edges lie.
+const FIRST_LOOK: usize = 32;
+/// Heights that are tried at first, and how often the step between them is halved.
+const HEIGHTS: usize = 6;
+const HALVINGS: usize = 5;
+/// Standard deviation of what light between threads adds to a place, as a share of all of its light: where it is known from a state of the material nearby, and where it is not yet.
+const TRACED: f64 = 0.02;
+const UNTRACED: f64 = 0.1;
+/// Sides of a thread from which on it is round.
+const ROUND: u32 = 24;
 /// Standard deviation of a cover.
 const COVER: f64 = 0.015;
 
 impl Model<'_> {
     /// One period as the close-up shows it, by as many rays as the model has samples; `None` without a close-up.
     pub(crate) fn near_view(&self, small: &SmallScale, control: &Control<'_>) -> Result<Option<TileView>> {
-        let Some((close_up, pair)) = self.close_up.and_then(|c| Some((c, c.pair?))) else { return Ok(None) };
-        let blur = close_up.blur_in_periods(small.tile.period.to_array());
+        let Some(close_up) = self.close_up.filter(|c| c.pair.is_some()) else { return Ok(None) };
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a root of a count")]
         let size = f64::from(self.samples).sqrt().ceil() as usize;
+        let blur = close_up.blur_in_periods(small.tile.period.to_array());
+        self.view(close_up, small, self.height, blur, size, control).map(Some)
+    }
+
+    fn view(
+        &self,
+        close_up: &CloseUp,
+        small: &SmallScale,
+        height: f64,
+        blur: [f64; 2],
+        size: usize,
+        control: &Control<'_>,
+    ) -> Result<TileView> {
         let round = matches!(self.spec.material.geometry, Geometry::Weave(_));
-        TileView::new(small, &self.slots, pair, blur, (size, round), self.seed, control).map(Some)
+        TileView::new(small, &self.slots, (&close_up.pairs, height), blur, (size, round), self.seed, control)
+    }
+
+    /// The surface as it is seen from near, if it is another one: see [`Self::rounded_recipe`].
+    pub(crate) fn rounded(&self, state: &State) -> Option<SmallScale> {
+        let mut recipe = self.rounded_recipe(&self.spec.recipe)?;
+        write(&mut recipe, &self.spec.parameters, &state.values);
+        recipe.material().and_then(|m| m.build()).ok()
+    }
+
+    /// A material as it is seen from near, if it is another one: threads are round there, however few sides this variant gives them for what is seen from afar.
+    pub(crate) fn rounded_recipe(&self, recipe: &Recipe) -> Option<Recipe> {
+        self.mean_period()?;
+        let sides = self.variant.sides.or_else(|| own_sides(&self.spec.material.geometry))?;
+        if sides >= ROUND || !matches!(self.spec.material.geometry, Geometry::Weave(_)) {
+            return None;
+        }
+        let mut recipe = recipe.clone();
+        recipe.set_count(&sides_place(), ROUND);
+        Some(recipe)
+    }
+
+    /// The mean height of the edges that the close-up would show of a surface: where its periods lie on top of each other, about.
+    pub(crate) fn height_of_edges(&self, small: &SmallScale, control: &Control<'_>) -> Result<f64> {
+        let Some(close_up) = self.close_up.filter(|_| self.near_places()) else { return Ok(0.0) };
+        let view = self.view(close_up, small, 0.0, [0.0; 2], FIRST_LOOK, control)?;
+        Ok(view.height_of_edges(&self.colours_of_kinds(close_up, &view, small)))
+    }
+
+    /// What each slot's share is multiplied by, as far as the colours of the kinds tell.
+    fn colours_of_kinds(&self, close_up: &CloseUp, view: &TileView, small: &SmallScale) -> Vec<[f64; 3]> {
+        let apart = close_up.tells_surfaces_apart(small.surfaces.len());
+        let colour = |(k, slot): (usize, &Slot)| {
+            let share = view.mean_share(k, slot.surface);
+            match self.variant.kinds.iter().position(|s| *s == slot.surface) {
+                _ if slot.colour == SlotColour::Specular => [0.0; 3],
+                Some(kind) if apart && share > 0.0 => close_up.kinds[kind].colour.map(|v| v / share),
+                _ => [1.0; 3],
+            }
+        };
+        self.slots.iter().enumerate().map(colour).collect()
+    }
+
+    /// Finds the height at which the periods of the close-up were laid on top of each other: the one at which the model's mean period is most like that of the photograph.
+    /// It is a matter of the photograph, and the same for all states of the material; but none tells it before the material is nearly known. What the material explains worse than
+    /// its noise counts less by as much from then on.
+    ///
+    /// # Errors
+    /// Those of the model.
+    pub fn settle_height(&mut self, point: &[f64], control: &Control<'_>) -> Result<()> {
+        if self.mean_period().is_none() {
+            return Ok(());
+        }
+        let state = self.state(point);
+        let Ok(small) = self.material(&state).and_then(|m| m.build()) else { return Ok(()) };
+        let Some([low, high]) = self.near_view(self.rounded(&state).as_ref().unwrap_or(&small), control)?.and_then(|v| v.heights()) else {
+            return Ok(());
+        };
+        let mut step = (high - low) / HEIGHTS as f64;
+        let mut tried: Vec<(f64, f64)> = Vec::new();
+        let mut places: Vec<f64> = (0..=HEIGHTS).map(|k| low + step * k as f64).collect();
+        for _ in 0..HALVINGS {
+            for height in places {
+                self.height = height;
+                tried.push((self.objective(point, control)?, height));
+            }
+            tried.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+            step *= 0.5;
+            places = vec![tried[0].1 - step, tried[0].1 + step];
+        }
+        self.height = tried[0].1;
+        self.doubt = 1.0;
+        if let Some(found) = self.evaluate(point, control)? {
+            let near = || found.rows.iter().filter(|(_, origin)| *origin == Origin::CloseUp).map(|(row, _)| row);
+            let (sum, count) = near().fold((0.0, 0.0), |(s, n), row| (s + row.weight * huber(found.residual(row)), n + row.weight));
+            self.doubt = (sum / f64::max(count, f64::MIN_POSITIVE)).max(1.0).sqrt();
+        }
+        Ok(())
     }
 
     /// Light, tones and cover of the kinds of the close-up.
@@ -40,19 +147,17 @@ impl Model<'_> {
         let apart = close_up.tells_surfaces_apart(small.surfaces.len());
         let between = usize::from(self.indirect.is_some());
         let guess = match sorting {
+            Sorting::Laid(shift) => {
+                if let Some(mean) = self.mean_period() {
+                    self.period_rows(close_up, mean, view, small, shift, rows);
+                }
+                return;
+            }
             Sorting::None => return self.whole_light_rows(close_up, view, small, rows),
             Sorting::BySurface => None,
             Sorting::ByColour(guess) => Some(guess),
         };
-        let radiance: Vec<[f64; 3]> = (self.slots.iter())
-            .map(|slot| {
-                let colour = |c: usize| match (self.unknown(*slot, c), guess) {
-                    (Some(k), Some(guess)) => guess[k],
-                    _ => colour_of(small, *slot)[c],
-                };
-                std::array::from_fn(|c| close_up.irradiance[c] * colour(c))
-            })
-            .collect();
+        let radiance = self.radiance(close_up, small, guess);
         let parts = view.sorted(&radiance, apart.then_some(&self.variant.kinds[..]), guess.is_some());
         for (k, (kind, part)) in close_up.kinds.iter().zip(&parts).enumerate() {
             let extra = |c: usize| match self.indirect {
@@ -72,6 +177,70 @@ impl Model<'_> {
             }
             let light = |c: usize| (close_up.irradiance[c], extra(c) / kind.cover.max(0.05));
             self.tone_rows(kind, part, light, small, rows);
+        }
+    }
+
+    /// The mean period of the close-up, where the model's own can be compared with it.
+    pub(crate) fn mean_period(&self) -> Option<&MeanPeriod> {
+        self.close_up.filter(|c| c.exposure_known && c.pair.is_some()).and_then(|c| c.mean_period.as_ref())
+    }
+
+    /// The shifts at which the model's period may lie on that of the close-up, as far as the colours of the kinds tell.
+    pub(crate) fn laid(&self, view: &TileView, small: &SmallScale) -> Vec<[f64; 2]> {
+        let (Some(close_up), Some(mean)) = (self.close_up, self.mean_period()) else { return Vec::new() };
+        let radiance = self.colours_of_kinds(close_up, view, small);
+        align::coarse(&view.picture(&radiance), view.size, mean)
+    }
+
+    /// The same, where the colours are these, from a shift that is nearly right.
+    pub(crate) fn laid_better(&self, view: &TileView, small: &SmallScale, linear: &[f64], shift: [f64; 2]) -> [f64; 2] {
+        let (Some(close_up), Some(mean)) = (self.close_up, self.mean_period()) else { return shift };
+        let radiance = self.radiance(close_up, small, Some(linear));
+        align::refined(&view.picture(&radiance), view.size, mean, &mean.sigma, shift)
+    }
+
+    /// What the share of each slot is multiplied by in the close-up.
+    fn radiance(&self, close_up: &CloseUp, small: &SmallScale, guess: Option<&[f64]>) -> Vec<[f64; 3]> {
+        let of = |slot: &Slot| {
+            let colour = |c: usize| match (self.unknown(*slot, c), guess) {
+                (Some(k), Some(guess)) => guess[k],
+                _ => colour_of(small, *slot)[c],
+            };
+            std::array::from_fn(|c| close_up.irradiance[c] * colour(c))
+        };
+        self.slots.iter().map(of).collect()
+    }
+
+    /// The mean period, place by place.
+    fn period_rows(
+        &self,
+        close_up: &CloseUp,
+        mean: &MeanPeriod,
+        view: &TileView,
+        small: &SmallScale,
+        shift: [f64; 2],
+        rows: &mut Vec<(Row, Origin)>,
+    ) {
+        let windows = Windows::new(view.size, mean.size, shift);
+        let shares: Vec<Vec<[f64; 3]>> = view.shares.iter().map(|s| windows.of(s)).collect();
+        let extra = match self.indirect {
+            Some(indirect) if !indirect.places.is_empty() => Windows::new(near_paths::SIZE, mean.size, shift).of(&indirect.places),
+            _ => Vec::new(),
+        };
+        let weight = PERIOD_WEIGHT / (3 * mean.mean.len()) as f64;
+        let between = match (self.spec.bounces > 0, self.indirect.is_some()) {
+            (false, _) => 0.0,
+            (true, true) => TRACED,
+            (true, false) => UNTRACED,
+        };
+        for (place, (&value, &sigma)) in mean.mean.iter().zip(&mean.sigma).enumerate() {
+            for c in 0..3 {
+                let (terms, known) = self.terms(|slot| close_up.irradiance[c] * shares[slot][place][c], c, small);
+                let known = known + extra.get(place).map_or(0.0, |e| close_up.irradiance[c] * e[c]);
+                let weight = if mean.count[place] > 0.0 { weight } else { 0.0 };
+                let sigma = self.doubt * sigma[c].hypot(between * value[c]);
+                rows.push((Row { terms, known, value: value[c], sigma, weight }, Origin::CloseUp));
+            }
         }
     }
 

@@ -69,7 +69,7 @@ fn place(photograph: &Photograph, [x, y]: [f64; 2]) -> Option<DVec3> {
 }
 
 /// Coordinates along tile x and y of a place on a plane or cylinder.
-fn coordinates(photograph: &Photograph, p: DVec3) -> Option<[f64; 2]> {
+pub fn coordinates(photograph: &Photograph, p: DVec3) -> Option<[f64; 2]> {
     let [x, y] = match &photograph.object.shape {
         Shape::Plane(plane) => {
             let local = plane.frame.transpose() * (p - plane.center);

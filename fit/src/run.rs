@@ -2,11 +2,13 @@
 
 use crate::cells::{Cells, Sight, scene_of, sights};
 use crate::close_up::CloseUp;
-use crate::identify::{Identified, Profile};
+use crate::identify::Identified;
+use crate::mean_period;
 use crate::model::{self, Level, Model, State};
 use crate::optimise::Optimiser;
 use crate::photograph::{Photograph, Role};
 use crate::picture::Picture;
+use crate::profile::Profile;
 use crate::recipe::Recipe;
 use crate::search::{Entry, Memory, Shared, Stage, Start};
 use crate::spec::Spec;
@@ -255,7 +257,10 @@ impl<'a> Prepared<'a> {
             control.check()?;
         }
         let colours: Vec<[f64; 3]> = (0..start.surfaces.len()).map(|s| surface_colour(&start, s)).collect();
-        let close_up = spec.of_role(Role::CloseUp).next().map(|p| CloseUp::new(p, &look(p, spec, &start), &start, &colours));
+        let close_up = spec
+            .of_role(Role::CloseUp)
+            .next()
+            .map(|p| CloseUp::new(p, &look(p, spec, &start), &start, mean_period::uniform(&spec.material.geometry), &colours));
         match &close_up {
             Some(found) => notes.extend(found.notes.iter().map(|n| format!("close-up: {n}"))),
             None => notes.push(

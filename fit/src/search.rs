@@ -160,6 +160,8 @@ pub struct Start {
     pub restarts: usize,
     /// Which surfaces the kinds of the close-up were taken for.
     pub choice: usize,
+    /// Height at which the periods of the close-up were laid on top of each other, once it is known, and what its standard deviations are multiplied by.
+    pub laid: Option<[f64; 2]>,
 }
 
 /// Points of a Latin hypercube: in each coordinate one point in each of `count` equal parts.
@@ -321,6 +323,7 @@ pub fn search(model: &Model<'_>, start: &Start, task: &Task, shared: &Shared<'_>
         converged: converged && !ended.get(),
         restarts: start.restarts + restarts,
         choice: start.choice,
+        laid: start.laid,
     })
 }
 
@@ -370,7 +373,7 @@ fn descend(model: &Model<'_>, start: &Start, task: &Task, shared: &Shared<'_>) -
     };
     let (point, objective) = noted.best.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
     let evaluations = start.evaluations + noted.count.into_inner();
-    Ok(Start { number: start.number, point, objective, evaluations, converged, restarts: start.restarts, choice: start.choice })
+    Ok(Start { point, objective, evaluations, converged, ..start.clone() })
 }
 
 #[cfg(test)]

@@ -26,11 +26,13 @@ const SHARP: f64 = 0.2;
 #[derive(Clone, Debug, PartialEq)]
 pub struct TileView {
     /// Pixels across and along.
-    size: usize,
+    pub(crate) size: usize,
     /// By surface the share of each pixel that shows it.
-    covers: Vec<Vec<f64>>,
+    pub(crate) covers: Vec<Vec<f64>>,
+    /// Height of what each pixel shows, below all where it shows nothing.
+    heights: Vec<f64>,
     /// By slot and pixel the radiance over irradiance when that colour is 1.
-    shares: Vec<Vec<[f64; 3]>>,
+    pub(crate) shares: Vec<Vec<[f64; 3]>>,
 }
 
 /// Pixels of one kind, as [`close_up::Kind`] has them; light and tones in shares of each slot.
@@ -45,7 +47,8 @@ pub struct Part {
 }
 
 impl TileView {
-    /// The period seen at `pair` by `size` x `size` rays. `blur` is the standard deviation of the blur along x and y, in periods, the extent of
+    /// The period seen at `pairs` by `size` x `size` rays: those of a photograph of many periods, whose perspective sees each of them from
+    /// elsewhere, as many along x as along y. Places are those at `height`: what lies there is at the same place in all of them. `blur` is the standard deviation of the blur along x and y, in periods, the extent of
     /// the photograph's pixels included. A surface that is `round` is shaded as such: from near the sides of threads, which a file may
     /// cut into few, show one by one.
     ///
@@ -54,7 +57,7 @@ impl TileView {
     pub fn new(
         small: &SmallScale,
         slots: &[Slot],
-        pair: Pair,
+        (pairs, height): (&[Pair], f64),
         blur: [f64; 2],
         (size, round): (usize, bool),
         seed: u32,
@@ -74,7 +77,9 @@ impl TileView {
             size,
             covers: vec![vec![0.0; size * size]; small.surfaces.len()],
             shares: vec![vec![[0.0; 3]; size * size]; slots.len()],
+            heights: vec![f64::NEG_INFINITY; size * size],
         };
+        let spread = pairs.len().isqrt();
         let offset = [fraction(hash(seed)), fraction(hash(!seed))];
         for row in 0..size {
             control.check()?;
@@ -84,11 +89,14 @@ impl TileView {
                 let [u, v] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2].map(|step| step * at as f64);
                 let (x, y) =
                     ((column as f64 + (u + offset[0]).fract()) / size as f64, (row as f64 + (v + offset[1]).fract()) / size as f64);
-                let start = DVec3::new(x * period.x, y * period.y, 0.0) + pair.wo * (above / pair.wo.z);
+                // Neighbours take all pairs in turn, and so does each row and column.
+                let pair = pairs[(row / spread + column) % spread * spread + (row + column) % spread];
+                let start = DVec3::new(x * period.x, y * period.y, height) + pair.wo * ((above - height) / pair.wo.z);
                 let Traced::Hit(hit) = bvh.trace(start, -pair.wo, None) else { continue };
                 let triangle = hit.triangle as usize;
                 let surface = usize::from(small.surface_of_triangle[triangle]);
                 view.covers[surface][at] = 1.0;
+                view.heights[at] = hit.position.z;
                 let [a, b, c] = small.tile.corners(triangle);
                 let flat = (b - a).cross(c - a).normalize_or_zero();
                 let normal = normals.as_ref().map_or(flat, |n| n.at(triangle, hit.barycentric));
@@ -126,12 +134,7 @@ impl TileView {
     /// is the surface of each kind, none if all pixels are of one; `radiance` what each slot's share is multiplied by.
     pub fn sorted(&self, radiance: &[[f64; 3]], choice: Option<&[usize]>, by_colour: bool) -> Vec<Part> {
         let count = self.size * self.size;
-        let mut pixels = vec![[0.0; 3]; count];
-        for (shares, colour) in self.shares.iter().zip(radiance) {
-            for (pixel, share) in pixels.iter_mut().zip(shares) {
-                (0..3).for_each(|c| pixel[c] += colour[c] * share[c]);
-            }
-        }
+        let pixels = self.picture(radiance);
         let brightness: Vec<f64> = pixels.iter().map(|p| p.iter().sum()).collect();
         let mut order: Vec<usize> = (0..count).collect();
         order.sort_by(|&a, &b| brightness[a].total_cmp(&brightness[b]).then(a.cmp(&b)));
@@ -148,6 +151,49 @@ impl TileView {
             }
         }
         (0..kinds).map(|k| self.part(&order, &|at| labels[at] == k, &|at| brightness[at] > dark)).collect()
+    }
+
+    /// The period where `radiance` is what each slot's share is multiplied by.
+    pub fn picture(&self, radiance: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let mut pixels = vec![[0.0; 3]; self.size * self.size];
+        for (shares, colour) in self.shares.iter().zip(radiance) {
+            for (pixel, share) in pixels.iter_mut().zip(shares) {
+                (0..3).for_each(|c| pixel[c] += colour[c] * share[c]);
+            }
+        }
+        pixels
+    }
+
+    /// The mean height of the edges between what is bright and what is not, by how much these differ, where `radiance` is what each slot's share is multiplied by.
+    /// An edge is where its upper side is. For views that are not blurred.
+    pub fn height_of_edges(&self, radiance: &[[f64; 3]]) -> f64 {
+        let picture = self.picture(radiance);
+        let n = self.size;
+        let (mut sum, mut total) = (0.0, 0.0);
+        for at in 0..n * n {
+            for next in [at / n * n + (at + 1) % n, (at + n) % (n * n)] {
+                let height = self.heights[at].max(self.heights[next]);
+                let differ: f64 = (0..3).map(|c| (picture[at][c] - picture[next][c]).powi(2)).sum();
+                if height.is_finite() {
+                    sum += differ * height;
+                    total += differ;
+                }
+            }
+        }
+        if total > 0.0 { sum / total } else { 0.0 }
+    }
+
+    /// The lowest and the highest that is seen; `None` if nothing is.
+    pub fn heights(&self) -> Option<[f64; 2]> {
+        let seen = self.heights.iter().copied().filter(|h| h.is_finite());
+        let (low, high) = seen.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        (low <= high).then_some([low, high])
+    }
+
+    /// The mean share of a slot where its surface is seen.
+    pub fn mean_share(&self, slot: usize, surface: usize) -> f64 {
+        let light: f64 = self.shares[slot].iter().flatten().sum::<f64>() / 3.0;
+        light / self.covers[surface].iter().sum::<f64>().max(1e-9)
     }
 
     /// By slot the sum of the shares of all pixels over their number.
@@ -257,7 +303,7 @@ mod tests {
         let small = grooves();
         let slots = slots(&small.surfaces);
         let pair = Pair { wi: DVec3::new(0.3, 0.0, 0.7).normalize(), wo: DVec3::Z };
-        let view = TileView::new(&small, &slots, pair, [blur; 2], (60, false), 1, &control).unwrap();
+        let view = TileView::new(&small, &slots, (&[pair], 0.0), [blur; 2], (60, false), 1, &control).unwrap();
         let colours: Vec<[f64; 3]> = vec![[0.6, 0.1, 0.1], [0.1, 0.6, 0.1], [0.1, 0.1, 0.6]];
         view.sorted(&colours, Some(&[0, 1, 2]), true)
     }

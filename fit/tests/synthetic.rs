@@ -25,14 +25,24 @@ fn weave_is_found(faults: &Faults) {
         let value = known(&outcome, name).value;
         assert!((value / truth - 1.0).abs() < 0.05, "{name}: {value} for {truth}");
     }
-    // What is dark beside the other thread is told by nothing: it is flagged, not recovered.
-    for name in ["surface.warp.brdf.diffuse green", "surface.warp.brdf.diffuse blue", "surface.weft.brdf.diffuse red"] {
-        assert!(known(&outcome, name).weak, "{name}: {:?}", known(&outcome, name));
+    // What is dark beside the other thread shows in few places: it is found, or flagged, and its standard deviation holds.
+    for (name, truth) in [
+        ("surface.warp.brdf.diffuse green", 0.06),
+        ("surface.warp.brdf.diffuse blue", 0.05),
+        ("surface.weft.brdf.diffuse red", 0.05),
+        ("surface.weft.brdf.diffuse green", 0.12),
+    ] {
+        let found = known(&outcome, name);
+        let off = (found.value - truth).abs();
+        assert!(off <= 3.0 * found.sigma && (found.weak || off <= 0.1 * truth), "{found:?} for {truth}");
     }
+    assert!(known(&outcome, "surface.weft.brdf.diffuse red").weak);
+    // Where the light stands is told by its prior only.
+    assert!(known(&outcome, "light 1 elevation_deg").sigma > 0.5);
     let winner = outcome.starts[0].evaluations;
     assert!((300..=600).contains(&winner), "{winner} evaluations of the winner");
     for period in outcome.close_up.as_ref().unwrap().period {
-        assert!((period.unwrap().length - 1.0).abs() < 0.01, "{period:?}");
+        assert!((period.unwrap().length - 1.0).abs() < 0.003, "{period:?}");
     }
 }
 
@@ -90,8 +100,8 @@ fn grooves_are_found(faults: &Faults, starts: usize) -> Outcome {
         assert!((value / truth - 1.0).abs() < 0.05, "{name}: {value} for {truth}");
     }
     let [across, along] = outcome.close_up.as_ref().unwrap().period;
-    // What distortion is left in is in the period as well.
-    let limit = 0.01 + faults.distortion;
+    // What distortion is left in is in the period as well: 4/3 of it on the average over the picture.
+    let limit = if faults.distortion > 0.0 { 0.01 } else { 0.003 };
     assert!((across.unwrap().length - 1.0).abs() < limit && along.is_none(), "{across:?} {along:?}");
     outcome
 }

@@ -4,11 +4,13 @@ use super::stages::{Searched, distance, model_of};
 use super::{COARSE, EQUALLY_GOOD, look, recipe_of, veil};
 use super::{Compared, Early, FINE, Options, Outcome, POLISH_SAMPLES, PROFILES, Prepared, Stopwatch};
 use crate::cells::{Cells, turned};
+use crate::close_up::CloseUp;
 use crate::identify;
 use crate::indirect::indirect;
 use crate::model::{Indirect, Model};
 use crate::photograph::{Photograph, Role};
 use crate::picture;
+use crate::profile;
 use crate::recipe::Recipe;
 use crate::search::{APART, Shared, Start, in_parallel};
 use crate::unknowns::{self, UnknownKind};
@@ -74,7 +76,7 @@ pub(super) fn finish(
     report("profiles", 0.3);
     let mut profiles = Vec::new();
     if early.is_none() {
-        profiles = identify::profiles(&model, &best.point, &evaluated, (&identified, &derivatives), PROFILES, control)?;
+        profiles = profile::profiles(&model, &best.point, &evaluated, (&identified, &derivatives), PROFILES, control)?;
         watch.lap("profiles");
     }
     let state = model.state(&best.point);
@@ -83,8 +85,10 @@ pub(super) fn finish(
     if let (Some(sides), Some(own)) = (model.variant.sides, variant::own_sides(&spec.material.geometry)) {
         notes.push(format!("threads of {sides} sides explain the photographs better than the {own} of the start material"));
     }
+    let tile = recipe.material()?.build()?.tile.period.to_array();
+    let close_up = prepared.close_up.as_ref().map(|c| c.on_its_plane(model.height, tile));
     if spec.scale_to_close_up {
-        scale(&mut recipe, prepared, &mut notes)?;
+        scale(&mut recipe, close_up.as_ref(), prepared, &mut notes)?;
     }
     let material = recipe.material()?;
     let small = material.build()?;
@@ -160,7 +164,7 @@ pub(super) fn finish(
         training,
         several,
         trace: shared.sorted_trace(),
-        close_up: prepared.close_up.clone(),
+        close_up,
         cells: prepared.fine.clone(),
         compared,
         validations,
@@ -353,9 +357,9 @@ fn several(
 }
 
 /// Scales all lengths of the material so that its period is the close-up's.
-fn scale(recipe: &mut Recipe, prepared: &Prepared<'_>, notes: &mut Vec<String>) -> Result<()> {
+fn scale(recipe: &mut Recipe, close_up: Option<&CloseUp>, prepared: &Prepared<'_>, notes: &mut Vec<String>) -> Result<()> {
     let tile = recipe.material()?.build()?.tile;
-    let Some(measured) = prepared.close_up.as_ref().map(|c| c.period) else {
+    let Some(measured) = close_up.map(|c| c.period) else {
         notes.push("the period is not that of a close-up: there is none".to_owned());
         return Ok(());
     };

@@ -2,7 +2,7 @@
 
 use super::{COARSE, FINE, Options, POLISH_SAMPLES, Prepared, Stopwatch, recipe_of};
 use crate::cells::Cells;
-use crate::indirect::indirect;
+use crate::indirect::{Near, indirect};
 use crate::model::{Indirect, Model};
 use crate::optimise::{Limits, Optimiser};
 use crate::search::{self, APART, Shared, Stage, Start, Task, in_parallel};
@@ -94,8 +94,16 @@ impl Search<'_> {
         let variants = &all[..];
         let nothing_moves = unknowns::variables(prepared.spec).is_empty() && !options.joint;
         let count = if nothing_moves { likely } else { options.starts.max(likely) };
-        let blank =
-            Start { number: 0, point: Vec::new(), objective: f64::INFINITY, evaluations: 0, converged: false, restarts: 0, choice: 0 };
+        let blank = Start {
+            number: 0,
+            point: Vec::new(),
+            objective: f64::INFINITY,
+            evaluations: 0,
+            converged: false,
+            restarts: 0,
+            choice: 0,
+            laid: None,
+        };
         let own = self.model(&prepared.coarse, COARSE.samples, &blank, None, variants)?;
         // Starts are dealt out to the variants; `first` counts those that went before.
         let deal = |first: usize, count: usize, variants: std::ops::Range<usize>| -> Vec<Start> {
@@ -125,6 +133,7 @@ impl Search<'_> {
         }
         // Of starts that ended in the same place the best one is enough.
         let (chosen, rest) = choose(starts, variants, if options.effort.coarse_first { REFINED } else { usize::MAX });
+        let chosen = self.settled(chosen, FINE.samples, indirect.as_ref(), variants)?;
         let mut refined = chosen.clone();
         if !shared.must_end() || !shared.memory.is_empty() {
             refined = self.stage(Stage::Refine, &prepared.fine, FINE.samples, &chosen, indirect.as_ref(), variants)?;
@@ -140,7 +149,8 @@ impl Search<'_> {
                 indirect = self.indirect(&refined[0], variants)?;
                 watch.lap("interreflections");
             }
-            let polished = self.stage(Stage::Polish, &prepared.fine, POLISH_SAMPLES, &refined[..1], indirect.as_ref(), variants)?;
+            let best = self.settled(vec![refined[0].clone()], POLISH_SAMPLES, indirect.as_ref(), variants)?;
+            let polished = self.stage(Stage::Polish, &prepared.fine, POLISH_SAMPLES, &best, indirect.as_ref(), variants)?;
             if polished[0].objective.is_finite() {
                 refined[0] = polished[0].clone();
             }
@@ -149,6 +159,23 @@ impl Search<'_> {
         let count = refined.len();
         refined.extend(rest);
         Ok(Searched { starts: refined, refined: count, indirect })
+    }
+
+    /// The starts with the heights that the close-up's periods are laid on each other at.
+    fn settled(&self, starts: Vec<Start>, samples: u32, indirect: Option<&Indirect>, variants: &[Variant]) -> Result<Vec<Start>> {
+        let one = |start: &Start| {
+            let settled = self.model(&self.prepared.fine, samples, start, indirect, variants).and_then(|mut model| {
+                model.settle_height(&start.point, self.shared.control)?;
+                Ok(model.mean_period().map(|_| [model.height, model.doubt]))
+            });
+            match settled {
+                Ok(laid) => Ok(Start { laid, ..start.clone() }),
+                // Whoever stops the search wants what it has found.
+                Err(Error::Interrupted) => Ok(start.clone()),
+                Err(error) => Err(error),
+            }
+        };
+        in_parallel(&starts, |_, start| one(start))
     }
 
     /// The indirect light at a start, if the fit file asks for it.
@@ -165,7 +192,9 @@ impl Search<'_> {
         let state = model.state(&start.point);
         let recipe = recipe_of(prepared.spec, model.variant, &state, &model.unknowns, &evaluated.linear);
         let small = recipe.material()?.build()?;
-        let close_up = prepared.close_up.as_ref();
+        let round = model.rounded_recipe(&recipe).map(|r| r.material().and_then(|m| m.build())).transpose()?;
+        let near = Near { small: round.as_ref().unwrap_or(&small), height: start.laid.map_or(0.0, |[height, _]| height) };
+        let close_up = prepared.close_up.as_ref().map(|c| (c, near));
         let found =
             indirect(&small, &prepared.fine, &state.lights, close_up, (prepared.spec.bounces, self.options.seed), self.shared.control)?;
         Ok(Some(found))
@@ -230,5 +259,6 @@ pub(super) fn model_of<'m>(
             Err(error) => return Err(error),
         }
     }
+    [model.height, model.doubt] = start.laid.unwrap_or([model.height, 1.0]);
     Ok(model)
 }

@@ -2,6 +2,8 @@
 //! random; and what cameras do to them.
 
 pub mod question;
+pub mod rows;
+pub mod scene;
 
 use biscale::filter::Control;
 use biscale::low_discrepancy::{fraction, gaussian, sobol_2d};

@@ -1,0 +1,118 @@
+//! Light between threads as the close-up shows it, place by place of a period: most of it lies where threads stand close, and hardly any on top of them.
+
+use biscale::brdf::Brdf;
+use biscale::direction::Pair;
+use biscale::error::Result;
+use biscale::filter::Control;
+use biscale::low_discrepancy::{fraction, hash, sobol_2d};
+use biscale::material::{SmallScale, Tint};
+use biscale::visibility::rays::{Hit, Occlusion, PeriodicBvh, Traced};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Places along a period.
+pub const SIZE: usize = 96;
+/// Paths of each place.
+const PATHS: usize = 12;
+
+/// Radiance over irradiance of what reaches the viewer of `pair` after 2 to `bounces + 1` reflections, at [`SIZE`] x [`SIZE`] places of a period at `height`,
+/// rows of x. Images that tint a surface are left out: fits have none.
+///
+/// # Errors
+/// `Interrupted`; a surface that rays cannot be traced to.
+pub fn light_between(
+    small: &SmallScale,
+    pair: Pair,
+    height: f64,
+    (bounces, seed): (u32, u32),
+    control: &Control<'_>,
+) -> Result<Vec<[f64; 3]>> {
+    let scene = Scene { small, bvh: PeriodicBvh::new(&small.tile)?, pair };
+    let above = scene.bvh.highest() + 1e-6 * small.tile.period.max_element();
+    let rows: Result<Vec<Vec<[f64; 3]>>> = (0..SIZE)
+        .into_par_iter()
+        .map(|row| {
+            control.check()?;
+            let at = |column: usize| {
+                let mut sum = [0.0; 3];
+                for path in 0..PATHS {
+                    let own = hash(seed ^ hash((row * SIZE + column) as u32));
+                    let [u, v] = sobol_2d(path as u32, own).map(fraction);
+                    let place = small.tile.period * glam::DVec2::new((column as f64 + u) / SIZE as f64, (row as f64 + v) / SIZE as f64);
+                    let start = place.extend(height) + pair.wo * ((above - height) / pair.wo.z);
+                    if let Traced::Hit(hit) = scene.bvh.trace(start, -pair.wo, None)
+                        && hit.front
+                    {
+                        let light = scene.follow(hit, bounces, hash(own ^ hash(path as u32)));
+                        (0..3).for_each(|c| sum[c] += light[c] / PATHS as f64);
+                    }
+                }
+                sum
+            };
+            Ok((0..SIZE).map(at).collect())
+        })
+        .collect();
+    Ok(rows?.concat())
+}
+
+struct Scene<'a> {
+    small: &'a SmallScale,
+    bvh: PeriodicBvh,
+    pair: Pair,
+}
+
+impl Scene<'_> {
+    /// What comes back along a path from its first place on, without the light of that place itself.
+    fn follow(&self, mut hit: Hit, bounces: u32, seed: u32) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        let mut throughput = [1.0; 3];
+        let mut viewer = self.pair.wo;
+        for event in 0..=bounces {
+            let triangle = hit.triangle as usize;
+            let [a, b, c] = self.small.tile.corners(triangle);
+            let n = (b - a).cross(c - a).normalize_or_zero();
+            let (brdf, tint) = self.covering(triangle);
+            if event > 0 {
+                let light = self.direct(&hit, n, brdf, viewer);
+                (0..3).for_each(|c| sum[c] += throughput[c] * tint[c] * light[c]);
+            }
+            if event == bounces {
+                break;
+            }
+            let number = |k: u32| fraction(hash(seed ^ hash(3 * event + k)));
+            let Some((direction, density)) = brdf.sample(n, viewer, [number(0), number(1), number(2)]) else { break };
+            let fr = brdf.eval(n, direction, viewer);
+            let cosine = n.dot(direction).max(0.0);
+            throughput = std::array::from_fn(|c| throughput[c] * tint[c] * fr[c] * cosine / density);
+            // A throughput that is not a number ends the path, too.
+            if !throughput.iter().any(|t| *t > 0.0) {
+                break;
+            }
+            match self.bvh.trace(hit.position, direction, Some(hit.triangle)) {
+                Traced::Hit(next) if next.front => hit = next,
+                _ => break,
+            }
+            viewer = -direction;
+        }
+        sum
+    }
+
+    /// `fr (n·wi)+` of a place, 0 in the shadow.
+    fn direct(&self, hit: &Hit, n: DVec3, brdf: &Brdf, viewer: DVec3) -> [f64; 3] {
+        let wi = self.pair.wi;
+        let cosine = n.dot(wi);
+        if cosine <= 0.0 || self.bvh.occluded(hit.triangle as usize, hit.position, wi) == Occlusion::Blocked {
+            return [0.0; 3];
+        }
+        brdf.eval(n, wi, viewer).map(|fr| fr * cosine)
+    }
+
+    fn covering(&self, triangle: usize) -> (&Brdf, [f64; 3]) {
+        let surface = &self.small.surfaces[usize::from(self.small.surface_of_triangle[triangle])];
+        let tint = match &surface.tint {
+            Tint::Uniform(tint) => *tint,
+            Tint::Image(_) => [1.0; 3],
+        };
+        (&surface.brdf, tint)
+    }
+}

@@ -1,0 +1,229 @@
+//! The objective where a fit ended and where the photographs were made: which rows pull away from the truth.
+
+#![allow(clippy::print_stdout, reason = "figures, for those who ask for them with --nocapture")]
+
+use super::with_control;
+use biscale::error::Result;
+use biscale::filter::Control;
+use biscale::material::SmallScale;
+use biscale::render::world::World;
+use biscale_fit::cells::{Cells, scene_of, sights};
+use biscale_fit::close_up::CloseUp;
+use biscale_fit::descent::{Evaluate, descend};
+use biscale_fit::mean_period::uniform;
+use biscale_fit::model::{Evaluated, Model, Origin};
+use biscale_fit::optimise::Limits;
+use biscale_fit::photograph::Role;
+use biscale_fit::run::{FINE, Outcome, POLISH_SAMPLES};
+use biscale_fit::spec::Spec;
+use biscale_fit::unknowns::Variable;
+use biscale_fit::variant::Variants;
+use std::collections::BTreeMap;
+
+/// What each unknown was when the photographs were made, by its name; `None` for what is no number of the material.
+pub fn truths<'a>(names: impl Iterator<Item = &'a str>, truth: &str) -> Vec<Option<f64>> {
+    let root: toml_edit::DocumentMut = truth.parse().unwrap();
+    let number = |item: &toml_edit::Item, channel: usize| {
+        item.as_array().map_or_else(|| item.as_float(), |a| a.get(channel).and_then(toml_edit::Value::as_float))
+    };
+    let of = |name: &str| {
+        let (key, channel) =
+            name.split_once(' ').map_or((name, 0), |(k, c)| (k, ["red", "green", "blue"].iter().position(|n| *n == c).unwrap_or(9)));
+        let path: Vec<&str> = key.split('.').collect();
+        match path[..] {
+            ["geometry", key] => number(&root["geometry"][key], 0),
+            ["surface", part, "brdf", key] => {
+                let surfaces = root["surface"].as_array_of_tables().unwrap();
+                let surface = surfaces.iter().find(|s| s["part"].as_str() == Some(part)).unwrap();
+                number(&toml_edit::Item::Value(surface["brdf"].as_inline_table().unwrap()[key].clone()), channel)
+            }
+            _ => None,
+        }
+    };
+    names.map(of).collect()
+}
+
+/// Which of the unknowns are dominant colours: channels of at least .6 of the brightest one of a diffuse colour.
+pub fn dominant(names: &[&str], truths: &[Option<f64>]) -> Vec<bool> {
+    let is_diffuse = |name: &str| name.contains("diffuse ") || name.contains("albedo ");
+    let part = |name: &str| name.split(".brdf").next().unwrap().to_owned();
+    let brightest = |of: String| {
+        let own = names.iter().zip(truths).filter(|(n, _)| is_diffuse(n) && part(n) == of);
+        own.filter_map(|(_, t)| *t).fold(0.0, f64::max)
+    };
+    names.iter().zip(truths).map(|(n, t)| is_diffuse(n) && t.is_some_and(|t| t >= 0.6 * brightest(part(n)))).collect()
+}
+
+/// Sums of Huber's squares by kind of row, and the mean of the residuals, at two points of the same model.
+fn rows(model: &Model<'_>, evaluated: &Evaluated) -> BTreeMap<String, (f64, f64, f64)> {
+    let mut sums: BTreeMap<String, (f64, f64, f64)> = BTreeMap::new();
+    let mut place = 0;
+    for (row, origin) in &evaluated.rows {
+        let r = evaluated.residual(row);
+        let name = match origin {
+            Origin::Cell(p, _, c) => format!("cells {p} {c}"),
+            Origin::CloseUp => {
+                place += 1;
+                if model.near_places() { format!("near {}", (place - 1) % 3) } else { format!("near {:02}", place - 1) }
+            }
+            Origin::Prior => "prior".to_owned(),
+        };
+        let sum = sums.entry(name).or_default();
+        sum.0 += row.weight * r * r;
+        sum.1 += row.weight * r;
+        sum.2 += row.weight;
+    }
+    for (k, r) in evaluated.fixed.iter().enumerate() {
+        let name = if k < model.covers() { format!("cover {k}") } else { format!("prior {k}") };
+        sums.insert(name, (r * r, *r, 1.0));
+    }
+    sums
+}
+
+/// The photographs of a fit, looked at as the fit does.
+pub struct Looked<'a> {
+    pub spec: &'a Spec,
+    cells: Vec<Cells>,
+    near: CloseUp,
+    variants: Variants,
+}
+
+impl<'a> Looked<'a> {
+    /// `material` tells which kind of the close-up is which surface.
+    pub fn new(spec: &'a Spec, material: &SmallScale) -> Self {
+        let small = spec.material.build().unwrap();
+        let look = |p| sights(&World::opaque(&scene_of(p, &spec.material, &small)), p);
+        let cells: Vec<Cells> = spec.of_role(Role::Distant).map(|p| Cells::new(p, &look(p), FINE.cells).unwrap()).collect();
+        let colours: Vec<[f64; 3]> = (0..material.surfaces.len())
+            .map(|s| {
+                let mut sum = [0.0; 3];
+                for slot in biscale_fit::unknowns::slots(&material.surfaces).into_iter().filter(|slot| slot.surface == s) {
+                    let c = biscale_fit::unknowns::colour_of(material, slot);
+                    (0..3).for_each(|k| sum[k] += c[k]);
+                }
+                sum
+            })
+            .collect();
+        let near = spec
+            .of_role(Role::CloseUp)
+            .next()
+            .map(|p| CloseUp::new(p, &look(p), &small, uniform(&spec.material.geometry), &colours))
+            .unwrap();
+        let variants = Variants::new(spec, &near.choices, &near.other_choices);
+        Self { spec, cells, near, variants }
+    }
+
+    fn model(&'a self, choice: usize, values: &[f64], seed: u32, control: &Control<'_>) -> Model<'a> {
+        let opaque = !matches!(self.spec.material.geometry, biscale::geometry::Geometry::Weave(_));
+        let variant = &self.variants.all[choice];
+        Model::new(self.spec, &self.cells, Some(&self.near), variant, None, POLISH_SAMPLES, seed, values, opaque, control).unwrap()
+    }
+
+    /// Where the photographs were made: the point, its parameters, and the linear unknowns.
+    fn truth(&self, truth: &str, light_off: [f64; 2]) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+        let of = |name: &str| truths(std::iter::once(name), truth)[0];
+        let values: Vec<f64> = self.spec.parameters.iter().map(|p| of(&p.key).unwrap()).collect();
+        let unknowns = biscale_fit::unknowns::unknowns(self.spec, self.cells.len());
+        let point = biscale_fit::unknowns::variables(self.spec)
+            .iter()
+            .map(|v| match v {
+                Variable::Parameter(k) => self.spec.parameters[*k].to_unit(values[*k]),
+                // The light stands off by these degrees.
+                Variable::Light { axis, .. } => 0.5 + 0.5 * light_off[*axis] / (v.at(self.spec, &unknowns, 1.0)),
+                Variable::Linear(_) => 0.5,
+            })
+            .collect();
+        let linear = unknowns.iter().map(|u| of(&u.name).unwrap_or(0.0)).collect();
+        (point, values, linear)
+    }
+}
+
+struct Direct<'a>(&'a Model<'a>, &'a Control<'a>);
+
+impl Evaluate for Direct<'_> {
+    fn evaluate(&self, points: &[Vec<f64>], linear: Option<&[f64]>) -> Result<Vec<Option<Evaluated>>> {
+        use rayon::prelude::*;
+        points.par_iter().map(|p| self.0.evaluate_with(p, linear, self.1)).collect()
+    }
+}
+
+/// What the photographs say near the truth.
+pub struct Probe {
+    /// For each dominant colour its name, and by how much it is off with the true geometry and light, and where a descent from there ends.
+    pub off: Vec<(String, f64, f64)>,
+    /// Objectives: with all that is true, with the true geometry, where the descent ends.
+    pub objectives: [f64; 3],
+}
+
+/// Goes down from the truth: what a search that finds the least objective must end near, in seconds and not in minutes.
+pub fn probe(looked: &Looked<'_>, truth: &str, light_off: [f64; 2]) -> Probe {
+    with_control(|control| {
+        let (point, values, exact) = looked.truth(truth, light_off);
+        let likely = looked.variants.likely;
+        let at = |choice: usize| {
+            let mut model = looked.model(choice, &values, 99, control);
+            model.settle_height(&point, control).unwrap();
+            let here = model.evaluate(&point, control).unwrap().unwrap();
+            (model, here)
+        };
+        let (model, here) = (0..likely).map(at).min_by(|a, b| a.1.objective.total_cmp(&b.1.objective)).unwrap();
+        let with_colours = model.evaluate_with(&point, Some(&exact), control).unwrap().unwrap();
+        let limits = Limits { step: 0.1, size: 0.004, cost: 0.002, evaluations: 200 };
+        let found = descend(&model, &point, limits, &Direct(&model, control)).unwrap();
+        let there = model.evaluate(&found.point, control).unwrap().unwrap();
+        let names: Vec<&str> = model.unknowns.iter().map(|u| &u.name[..]).collect();
+        let true_values = truths(names.iter().copied(), truth);
+        let is_dominant = dominant(&names, &true_values);
+        let off = |linear: &[f64], k: usize| linear[k] / exact[k] - 1.0;
+        let off = (0..names.len()).filter(|&k| is_dominant[k]).map(|k| (names[k].to_owned(), off(&here.linear, k), off(&there.linear, k)));
+        if std::env::var("ROWS").is_ok() {
+            let near = &looked.near;
+            println!("    {:?} {:?} {:?}", near.period.map(|p| p.map(|p| p.length)), near.blur, near.notes);
+            println!("    kinds {:?}", near.kinds.iter().map(|k| (k.cover, k.colour)).collect::<Vec<_>>());
+            println!("    variant {:?}, height {:?}", model.variant, model.height);
+            if let Some(m) = &near.mean_period {
+                let mean = |of: &[[f64; 3]]| of.iter().flatten().sum::<f64>() / of.len() as f64 / 3.0;
+                println!("    mean period of {:?}: mean {:.4}, scatter {:.4}", m.size, mean(&m.mean), mean(&m.scatter));
+            }
+            for (v, (a, b)) in model.variables.iter().zip(point.iter().zip(&found.point)) {
+                let at = |u: f64| v.at(looked.spec, &model.unknowns, u);
+                println!("    {:44} [{:.4}, {:.4}]", v.name(looked.spec, &model.unknowns), at(*a), at(*b));
+            }
+            show(&model, &[&with_colours, &here, &there]);
+        }
+        Probe { off: off.collect(), objectives: [with_colours.objective, here.objective, there.objective] }
+    })
+}
+
+/// Prints sums of squares and mean residuals by kind of row.
+fn show(model: &Model<'_>, of: &[&Evaluated]) {
+    let sums: Vec<_> = of.iter().map(|e| rows(model, e)).collect();
+    for (k, u) in model.unknowns.iter().enumerate() {
+        println!("    {:44} {:.4?}", u.name, of.iter().map(|e| e.linear[k]).collect::<Vec<_>>());
+    }
+    for name in sums[0].keys() {
+        let own: Vec<String> = sums.iter().map(|s| format!("{:8.2} ({:6.2})", s[name].0, s[name].1 / s[name].2)).collect();
+        println!("    {name:12} {}", own.join("  "));
+    }
+}
+
+/// The objective where a fit ended and at the truth, and which rows pull away.
+pub fn compare_with_truth(looked: &Looked<'_>, outcome: &Outcome, truth: &str, light_off: [f64; 2]) {
+    with_control(|control| {
+        let (point, values, exact) = looked.truth(truth, light_off);
+        for s in &outcome.starts {
+            let place: Vec<f64> = s.point.iter().map(|p| (p * 100.0).round()).collect();
+            println!(
+                "    start {} {:?}: {:.3}, {} evaluations {place:?}",
+                s.number, looked.variants.all[s.choice], s.objective, s.evaluations
+            );
+        }
+        let mut model = looked.model(outcome.starts[0].choice, &values, 99, control);
+        model.settle_height(&point, control).unwrap();
+        let with_colours = model.evaluate_with(&point, Some(&exact), control).unwrap().unwrap();
+        let at_truth = model.evaluate(&point, control).unwrap().unwrap();
+        let at_best = model.evaluate(&outcome.best, control).unwrap().unwrap();
+        println!("  all true {:.3}, true geometry {:.3}, best {:.3}", with_colours.objective, at_truth.objective, at_best.objective);
+        show(&model, &[&with_colours, &at_truth, &at_best]);
+    });
+}
