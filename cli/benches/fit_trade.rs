@@ -1,7 +1,7 @@
 //! What optimisers and tolerances buy, over several fits and seeds: `cargo bench --bench fit_trade [-- [--seeds=3] FIT.toml ...]`.
 //!
 //! Runs `biscale fit FIT.toml --compare-optimizers` for each file and seed, and prints a Markdown table of the medians over all of them.
-//! `samples/fit` if no file is named; scenes of the fit's own tests are written as such files by its test `scenes` (`docs/fit.md`).
+//! `samples/fit` if no file is named.
 
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "benchmarks print, and stop where something is wrong")]
 
