@@ -16,7 +16,7 @@ pub const SIZE: usize = 96;
 const PATHS: usize = 12;
 
 /// Radiance over irradiance of what reaches the viewer of `pair` after 2 to `bounces + 1` reflections, at [`SIZE`] x [`SIZE`] places of a period at `height`,
-/// rows of x. Images that tint a surface are left out: fits have none.
+/// rows of x. Images that tint a surface count as white, as they do in all of a fit.
 ///
 /// # Errors
 /// `Interrupted`; a surface that rays cannot be traced to.
@@ -114,5 +114,43 @@ impl Scene<'_> {
             Tint::Image(_) => [1.0; 3],
         };
         (&surface.brdf, tint)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use biscale::filter::{Method, Quality, effective};
+    use biscale::material::Material;
+    use biscale::toml_reader::Source;
+
+    fn small(geometry: &str) -> SmallScale {
+        let surface =
+            "[[surface]]\npart = \"*\"\nbrdf = { model = \"cook-torrance\", diffuse = [0.8, 0.5, 0.2], specular = 0.1, alpha = 0.3 }\n";
+        let text = format!("format = 1\n[geometry]\n{geometry}\n{surface}");
+        Material::parse(&Source { path: "m.toml".into(), text }).unwrap().build().unwrap()
+    }
+
+    /// The mean over a period is what the reference method finds of all reflections after the first.
+    #[test]
+    fn the_mean_of_all_places_is_that_of_the_reference_method() {
+        let cancel = std::sync::atomic::AtomicBool::new(false);
+        let control = Control { cancel: &cancel, progress: &|_, _| {}, clock: &|| 0.0 };
+        let direction = |x: f64, y: f64| DVec3::new(x, y, (1.0 - x * x - y * y).sqrt());
+        let pair = Pair { wi: direction(0.3, -0.4), wo: direction(-0.1, 0.15) };
+        for geometry in ["kind = \"weave\"", "kind = \"grooves\"\nprofile = \"v\""] {
+            let small = small(geometry);
+            let places = light_between(&small, pair, 0.0, (3, 5), &control).unwrap();
+            let of = |bounces| {
+                let quality = Quality { method: Method::Reference, tolerance: 0.002, bounces, ..Quality::default() };
+                effective(&small, &[pair], &quality, &control).unwrap().values[0].s
+            };
+            let (whole, direct) = (of(3), of(0));
+            for c in 0..3 {
+                let mean = places.iter().map(|p| p[c]).sum::<f64>() / places.len() as f64;
+                let expected = (whole[c] - direct[c]) / pair.wo.z;
+                assert!((mean / expected - 1.0).abs() < 0.03, "{geometry}, channel {c}: {mean} for {expected}");
+            }
+        }
     }
 }
