@@ -181,6 +181,11 @@ impl CloseUp {
         found
     }
 
+    /// The mean period, if it can be compared with a model's: not where a factor of all its light is unknown.
+    pub fn comparable(&self) -> Option<&MeanPeriod> {
+        self.mean_period.as_ref().filter(|_| self.exposure_known)
+    }
+
     /// Whether the kinds are surfaces.
     pub fn tells_surfaces_apart(&self, surfaces: usize) -> bool {
         !self.kinds.is_empty() && self.kinds.len() == surfaces

@@ -205,11 +205,6 @@ impl<'a> Model<'a> {
         Ok(model)
     }
 
-    /// Whether the close-up is compared place by place of its mean period.
-    pub fn near_places(&self) -> bool {
-        self.mean_period().is_some()
-    }
-
     /// Lets the search move the colours, too.
     pub fn move_colours(&mut self) {
         let colours = (0..self.unknowns.len()).filter(|&k| matches!(self.unknowns[k].kind, UnknownKind::Colour(..)));

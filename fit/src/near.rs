@@ -1,4 +1,5 @@
-//! The close-up's equations: the cover, the light and the tones of each kind of its pixels, against those of a period of the surface.
+//! The close-up's equations: its mean period, place by place, or else the cover, the light and the tones of each kind of its pixels, against those of a
+//! period of the surface.
 
 use crate::align::{self, Windows};
 use crate::close_up::{CloseUp, Kind};
@@ -79,7 +80,7 @@ impl Model<'_> {
 
     /// The mean height of the edges that the close-up would show of a surface: where its periods lie on top of each other, about.
     pub(crate) fn height_of_edges(&self, small: &SmallScale, control: &Control<'_>) -> Result<f64> {
-        let Some(close_up) = self.close_up.filter(|_| self.near_places()) else { return Ok(0.0) };
+        let Some(close_up) = self.close_up.filter(|_| self.mean_period().is_some()) else { return Ok(0.0) };
         let view = self.view(close_up, small, 0.0, [0.0; 2], FIRST_LOOK, control)?;
         Ok(view.height_of_edges(&self.colours_of_kinds(close_up, &view, small)))
     }
@@ -181,8 +182,8 @@ impl Model<'_> {
     }
 
     /// The mean period of the close-up, where the model's own can be compared with it.
-    pub(crate) fn mean_period(&self) -> Option<&MeanPeriod> {
-        self.close_up.filter(|c| c.exposure_known && c.pair.is_some()).and_then(|c| c.mean_period.as_ref())
+    pub fn mean_period(&self) -> Option<&MeanPeriod> {
+        self.close_up.and_then(CloseUp::comparable)
     }
 
     /// The shifts at which the model's period may lie on that of the close-up, as far as the colours of the kinds tell.

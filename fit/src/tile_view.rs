@@ -28,7 +28,7 @@ pub struct TileView {
     /// Pixels across and along.
     pub(crate) size: usize,
     /// By surface the share of each pixel that shows it.
-    pub(crate) covers: Vec<Vec<f64>>,
+    covers: Vec<Vec<f64>>,
     /// Height of what each pixel shows, below all where it shows nothing.
     heights: Vec<f64>,
     /// By slot and pixel the radiance over irradiance when that colour is 1.

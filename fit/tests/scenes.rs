@@ -13,7 +13,7 @@ use support::rows::{Looked, compare_with_truth, dominant, probe, truths};
 use support::scene::{Scene, drawn, fit_scene, photographed, scenes, written};
 use support::{material, set_under, with_control};
 
-/// The scenes that are asked for: `SET` is `drawn:COUNT:SEED` for those drawn at random, `SCENE` names some (comma-separated).
+/// The scenes that are asked for: `SET` is `drawn:COUNT:SEED` for those drawn at random, `SCENE` names some, with semicolons between.
 fn asked() -> Vec<Scene> {
     let set = std::env::var("SET").unwrap_or_default();
     let all = match set.split(':').collect::<Vec<_>>()[..] {
@@ -151,9 +151,9 @@ fn the_truth_of_all_scenes_lies_where_standard_deviations_say() {
     off.sort_by(f64::total_cmp);
     let largest = *off.last().unwrap();
     println!("dominant colours: {}", spread(&off));
-    assert!(largest < 0.08, "{largest}");
+    assert!(largest < 0.07, "{largest}");
     for (within, name) in within.iter().zip(["dominant colours", "parameters", "other colours"]) {
-        assert!(!is_whole || (within.share(1) >= 0.85 && within.share(2) >= 0.95), "{name}: {within:?}");
+        assert!(!is_whole || (within.share(1) >= 0.9 && within.share(2) >= 0.99), "{name}: {within:?}");
     }
 }
 

@@ -64,7 +64,7 @@ fn rows(model: &Model<'_>, evaluated: &Evaluated) -> BTreeMap<String, (f64, f64,
             Origin::Cell(p, _, c) => format!("cells {p} {c}"),
             Origin::CloseUp => {
                 place += 1;
-                if model.near_places() { format!("near {}", (place - 1) % 3) } else { format!("near {:02}", place - 1) }
+                if model.mean_period().is_some() { format!("near {}", (place - 1) % 3) } else { format!("near {:02}", place - 1) }
             }
             Origin::Prior => "prior".to_owned(),
         };
