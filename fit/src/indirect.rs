@@ -39,7 +39,12 @@ pub fn indirect(
 ) -> Result<Indirect> {
     let mut pairs: Vec<Pair> = photographs.iter().zip(lights).flat_map(|(cells, light)| cells.pairs(*light)).collect();
     let of_cells = pairs.len();
-    if let Some(pair) = close_up.and_then(|(c, _)| c.pair) {
+    // What is compared place by place is traced place by place.
+    let (laid, sorted): (Option<_>, Option<_>) = match close_up {
+        Some((found, near)) if found.comparable().is_some() => (found.pair.map(|pair| (pair, near)), None),
+        other => (None, other.and_then(|(found, _)| Some((found, found.pair?)))),
+    };
+    if let Some((_, pair)) = sorted {
         pairs.push(pair);
     }
     // It changes slowly with the directions: one pair stands for those around it.
@@ -70,9 +75,7 @@ pub fn indirect(
         })
         .collect();
     let mut indirect = Indirect { cells, ..Indirect::default() };
-    if let Some((close_up, near)) = close_up
-        && let Some(pair) = close_up.pair
-    {
+    if let Some((close_up, pair)) = sorted {
         indirect.close_up = of(of_cells, 1.0 / pair.wo.z);
         // Each kind gets as much of it as of all light: what shines on it is what its neighbours send.
         let all: [f64; 3] = std::array::from_fn(|c| close_up.kinds.iter().map(|k| k.light[c]).sum());
@@ -80,11 +83,11 @@ pub fn indirect(
             std::array::from_fn(|c| if all[c] > 0.0 { indirect.close_up[c] * k.light[c] / all[c] } else { 0.0 })
         };
         indirect.kinds = close_up.kinds.iter().map(share).collect();
-        if close_up.mean_period.is_some() {
-            #[expect(clippy::cast_possible_truncation, reason = "any number will do")]
-            let seed = seed as u32;
-            indirect.places = near_paths::light_between(near.small, pair, near.height, (bounces, seed), control)?;
-        }
+    }
+    if let Some((pair, near)) = laid {
+        #[expect(clippy::cast_possible_truncation, reason = "any number will do")]
+        let seed = seed as u32;
+        indirect.places = near_paths::light_between(near.small, pair, near.height, (bounces, seed), control)?;
     }
     Ok(indirect)
 }

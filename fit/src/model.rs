@@ -38,11 +38,11 @@ pub struct Level {
 pub struct Indirect {
     /// For each distant photograph and cell its radiance over irradiance.
     pub cells: Vec<Vec<[f64; 3]>>,
-    /// In the close-up, all kinds together.
+    /// In the close-up, all kinds together; nothing where it is compared place by place.
     pub close_up: [f64; 3],
     /// For each kind of the close-up its share of that.
     pub kinds: Vec<[f64; 3]>,
-    /// The same place by place of a period, if that is how the close-up is compared: see [`crate::near_paths`].
+    /// In the close-up place by place of a period, if that is how it is compared: see [`crate::near_paths`].
     pub places: Vec<[f64; 3]>,
 }
 

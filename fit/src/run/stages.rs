@@ -193,7 +193,7 @@ impl Search<'_> {
         let recipe = recipe_of(prepared.spec, model.variant, &state, &model.unknowns, &evaluated.linear);
         let small = recipe.material()?.build()?;
         let round = model.rounded_recipe(&recipe).map(|r| r.material().and_then(|m| m.build())).transpose()?;
-        let near = Near { small: round.as_ref().unwrap_or(&small), height: start.laid.map_or(0.0, |[height, _]| height) };
+        let near = Near { small: round.as_ref().unwrap_or(&small), height: model.height };
         let close_up = prepared.close_up.as_ref().map(|c| (c, near));
         let found =
             indirect(&small, &prepared.fine, &state.lights, close_up, (prepared.spec.bounces, self.options.seed), self.shared.control)?;
