@@ -25,6 +25,10 @@ pub const CORRELATED: f64 = 0.26;
 /// Directions over which errors are averaged, radians: about nine columns of a cylinder 84 pixels wide, as where pictures of this program are
 /// compared with photographs of single threads (`docs/scenes.md`).
 pub const WINDOW: f64 = 0.11;
+/// Cosine to the light up to which a place is unlit wherever the light may stand: it is not known to a degree or two.
+const UNLIT: f64 = -0.1;
+/// Unlit pixels that tell how much light a photograph has that the model has not.
+const ENOUGH_UNLIT: usize = 25;
 /// Degrees by which the light is moved to find how a pixel's direction to it changes.
 const NUDGE_DEG: f64 = 0.05;
 /// Steps in direction that are tried, from the finest, radians.
@@ -63,6 +67,8 @@ pub struct Cells {
     pub step: f64,
     /// Mean radiance of all pixels that are used.
     pub mean: [f64; 3],
+    /// Median radiance of the pixels that face away from the light, if there are enough of them: what comes from elsewhere than from the light.
+    pub unlit: Option<[f64; 3]>,
     /// Pixels that are used.
     pub pixels: usize,
     /// The pixels of each cell, by their place in the picture.
@@ -196,7 +202,7 @@ impl Cells {
         loop {
             let groups = group(&used, step);
             if groups.len() <= most {
-                return Ok(Self::of(photograph, &used, &groups, step));
+                return Ok(Self { unlit: unlit(photograph, sights), ..Self::of(photograph, &used, &groups, step) });
             }
             step *= WIDER;
         }
@@ -251,7 +257,7 @@ impl Cells {
         cells.iter_mut().zip(weights).for_each(|(cell, weight)| cell.weight = weight);
         let mean = std::array::from_fn(|c| used.iter().map(|s| value(s)[c]).sum::<f64>() / used.len() as f64);
         let members = groups.values().map(|m| m.iter().map(|&k| used[k as usize].pixel).collect()).collect();
-        Self { cells, step, mean, pixels: used.len(), members }
+        Self { cells, step, mean, unlit: None, pixels: used.len(), members }
     }
 
     /// How far a picture is from the photograph: `sqrt(sum n d² / sum n v²)`, where `d` is the difference and `v` the photograph's value,
@@ -288,6 +294,19 @@ impl Cells {
         let pair = |cell: &Cell| Pair { wi: (cell.wi + turn_deg[0] * cell.turn[0] + turn_deg[1] * cell.turn[1]).normalize(), wo: cell.wo };
         self.cells.iter().map(pair).collect()
     }
+}
+
+/// See [`Cells::unlit`]. The median: a camera that stands a little off shows what is behind the object along its outline.
+fn unlit(photograph: &Photograph, sights: &[Sight]) -> Option<[f64; 3]> {
+    let faces_away = |s: &&Sight| s.wi.z <= UNLIT && s.wo.z >= LEAST_COSINES[1];
+    let seen: Vec<[f32; 3]> =
+        sights.iter().filter(faces_away).map(|s| photograph.image.rgb[s.pixel as usize]).filter(|v| !v[0].is_nan()).collect();
+    let median = |c: usize| {
+        let mut values: Vec<f32> = seen.iter().map(|v| v[c]).collect();
+        let (_, median, _) = values.select_nth_unstable_by(seen.len() / 2, f32::total_cmp);
+        f64::from(*median)
+    };
+    (seen.len() >= ENOUGH_UNLIT).then(|| std::array::from_fn(median))
 }
 
 fn group(used: &[&Sight], step: f64) -> BTreeMap<[i32; 4], Vec<u32>> {

@@ -196,8 +196,14 @@ impl Model<'_> {
     /// The same, where the colours are these, from a shift that is nearly right.
     pub(crate) fn laid_better(&self, view: &TileView, small: &SmallScale, linear: &[f64], shift: [f64; 2]) -> [f64; 2] {
         let (Some(close_up), Some(mean)) = (self.close_up, self.mean_period()) else { return shift };
-        let radiance = self.radiance(close_up, small, Some(linear));
-        align::refined(&view.picture(&radiance), view.size, mean, &mean.sigma, shift)
+        let mut picture = view.picture(&self.radiance(close_up, small, Some(linear)));
+        if let Some(indirect) = self.indirect.filter(|i| !i.places.is_empty()) {
+            let places = Windows::new(near_paths::SIZE, [view.size; 2], [0.0; 2]).of(&indirect.places);
+            for (pixel, extra) in picture.iter_mut().zip(places) {
+                (0..3).for_each(|c| pixel[c] += close_up.irradiance[c] * extra[c]);
+            }
+        }
+        align::refined(&picture, view.size, mean, &mean.sigma, shift)
     }
 
     /// What the share of each slot is multiplied by in the close-up.

@@ -22,7 +22,7 @@ const VIEW: View = View { origin: [0.0, -12.0, 0.0], up: [0.0, 0.0, 1.0], fov_de
 /// A photograph of the grooves, changed by `edit`.
 fn picture(edit: impl Fn(u32, u32, &mut [f32; 3])) -> Picture {
     let on = support::On::Cylinder { height: 1.6, scale: 200.0 };
-    let mut picture = photograph(&material(GROOVES), on, VIEW, LIGHT, 16, &PERFECT, 1);
+    let mut picture = photograph(&material(GROOVES), on, VIEW, LIGHT, 16, (&PERFECT, 0), 1);
     let width = picture.width;
     for (k, pixel) in (0..).zip(&mut picture.rgb) {
         edit(k % width, k / width, pixel);

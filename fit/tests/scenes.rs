@@ -202,7 +202,7 @@ fn an_open_cloth_and_deep_grooves_are_found_from_colours_and_sides_that_are_far_
 fn close_ups_of_all_scenes_tell_their_surfaces_apart() {
     for scene in scenes() {
         let folder = tempfile::tempdir().unwrap();
-        let set = set_under(folder.path(), &material(&scene.truth), scene.repeats, scene.lights, &scene.faults, 16);
+        let set = set_under(folder.path(), &material(&scene.truth), scene.repeats, scene.lights, (&scene.faults, scene.bounces), 16);
         let spec = written(&scene, folder.path(), &set.tables);
         let found = with_control(|control| biscale_fit::run::survey(&spec, control)).unwrap().close_up.unwrap();
         assert_eq!(found.kinds.len(), spec.material.surfaces.len(), "{}: {:?}", scene.name, found.notes);

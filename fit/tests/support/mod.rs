@@ -6,7 +6,7 @@ pub mod rows;
 pub mod scene;
 
 use biscale::filter::Control;
-use biscale::low_discrepancy::{fraction, gaussian, sobol_2d};
+use biscale::low_discrepancy::{fraction, gaussian, hash, sobol_2d};
 use biscale::material::{Material, SmallScale};
 use biscale::render::picture::{Picture, linear_to_srgb};
 use biscale::toml_reader::Source;
@@ -39,16 +39,26 @@ pub struct Faults {
     pub bits: Option<u32>,
     /// Whether 8 x 8 pixels are coded as a JPEG file of quality 90 does.
     pub jpeg: bool,
+    /// Light that lies over all of a distant photograph, as a share of its brightest pixel.
+    pub veil: f64,
     /// Radial distortion that nothing corrects: a place at the side of the picture is seen at `1 + distortion` times its distance from the middle.
     pub distortion: f64,
 }
 
 /// None.
 pub const PERFECT: Faults =
-    Faults { light_off_deg: [0.0; 2], blur: 0.0, vignetting: 0.0, noise: [0.0; 2], bits: None, jpeg: false, distortion: 0.0 };
+    Faults { light_off_deg: [0.0; 2], blur: 0.0, vignetting: 0.0, noise: [0.0; 2], bits: None, jpeg: false, veil: 0.0, distortion: 0.0 };
 /// Those of a decent camera.
-pub const REAL: Faults =
-    Faults { light_off_deg: [0.35, 0.35], blur: 0.7, vignetting: 0.02, noise: [1e-6, 4e-5], bits: Some(12), jpeg: false, distortion: 0.0 };
+pub const REAL: Faults = Faults {
+    light_off_deg: [0.35, 0.35],
+    blur: 0.7,
+    vignetting: 0.02,
+    noise: [1e-6, 4e-5],
+    bits: Some(12),
+    jpeg: false,
+    veil: 0.0,
+    distortion: 0.0,
+};
 
 /// A camera that looks at an object at the origin.
 #[derive(Clone, Copy, Debug)]
@@ -80,9 +90,17 @@ pub fn turned(v: [f64; 3], by_deg: [f64; 2]) -> DVec3 {
     DVec3::new(e.cos() * a.cos(), e.cos() * a.sin(), e.sin())
 }
 
-/// Photographs a surface: `samples` rays a pixel, each to the thread or groove that it meets, lit where nothing stands between. Irradiance
-/// is pi. What lies behind gaps is black.
-pub fn photograph(small: &SmallScale, on: On, view: View, to_light: [f64; 3], samples: u32, faults: &Faults, seed: u64) -> Picture {
+/// Photographs a surface: `samples` rays a pixel, each to the thread or groove that it meets, lit where nothing stands between, and by light that came along up to `bounces`
+/// others. Irradiance is pi. What lies behind gaps is black.
+pub fn photograph(
+    small: &SmallScale,
+    on: On,
+    view: View,
+    to_light: [f64; 3],
+    samples: u32,
+    (faults, bounces): (&Faults, u32),
+    seed: u64,
+) -> Picture {
     let bvh = PeriodicBvh::new(&small.tile).unwrap();
     let to_light = turned(to_light, faults.light_off_deg);
     let origin = DVec3::from(view.origin);
@@ -91,7 +109,7 @@ pub fn photograph(small: &SmallScale, on: On, view: View, to_light: [f64; 3], sa
     let axes = DMat3::from_cols(right, right.cross(forward), forward);
     let half = (0.5 * view.fov_deg.to_radians()).tan();
     let [w, h] = view.size;
-    let radiance = |x: f64, y: f64| -> DVec3 {
+    let radiance = |x: f64, y: f64, path: u32| -> DVec3 {
         let (x, y) = (2.0 * x / f64::from(w) - 1.0, (1.0 - 2.0 * y / f64::from(h)) * f64::from(h) / f64::from(w));
         let bent = 1.0 + faults.distortion * (x * x + y * y);
         let (across, up) = (bent * x * half, bent * y * half);
@@ -103,28 +121,46 @@ pub fn photograph(small: &SmallScale, on: On, view: View, to_light: [f64; 3], sa
         }
         let above = bvh.highest() + 1e-6;
         let start = DVec3::new(s, t, 0.0) + wo * (above / wo.z);
-        let Traced::Hit(hit) = bvh.trace(start, -wo, None) else { return DVec3::ZERO };
-        let triangle = hit.triangle as usize;
-        let [a, b, c] = small.tile.corners(triangle);
-        let n = (b - a).cross(c - a).normalize();
-        if n.dot(wo) <= 0.0 || n.dot(wi) <= 0.0 || bvh.occluded(triangle, hit.position, wi) == Occlusion::Blocked {
-            return DVec3::ZERO;
+        let mut traced = bvh.trace(start, -wo, None);
+        let (mut sum, mut throughput, mut viewer) = (DVec3::ZERO, DVec3::ONE, wo);
+        for event in 0..=bounces {
+            let Traced::Hit(hit) = traced else { break };
+            let triangle = hit.triangle as usize;
+            let [a, b, c] = small.tile.corners(triangle);
+            let n = (b - a).cross(c - a).normalize();
+            if n.dot(viewer) <= 0.0 {
+                break;
+            }
+            let brdf = &small.surfaces[usize::from(small.surface_of_triangle[triangle])].brdf;
+            if n.dot(wi) > 0.0 && bvh.occluded(triangle, hit.position, wi) != Occlusion::Blocked {
+                sum += throughput * PI * n.dot(wi) * DVec3::from(brdf.eval(n, wi, viewer));
+            }
+            // On in any direction, as often as its cosine is large.
+            let number = |k: u32| fraction(hash(path ^ hash(2 * event + k)));
+            let (azimuth, sine) = (2.0 * PI * number(0), number(1).sqrt());
+            let u = n.any_orthonormal_vector();
+            let on = sine * (azimuth.cos() * u + azimuth.sin() * n.cross(u)) + (1.0 - sine * sine).max(1e-12).sqrt() * n;
+            throughput *= PI * DVec3::from(brdf.eval(n, on, viewer));
+            traced = bvh.trace(hit.position, on, Some(hit.triangle));
+            viewer = -on;
         }
-        let brdf = &small.surfaces[usize::from(small.surface_of_triangle[triangle])].brdf;
-        PI * n.dot(wi) * DVec3::from(brdf.eval(n, wi, wo))
+        sum
     };
     let mut rgb: Vec<DVec3> = (0..w * h)
         .into_par_iter()
         .map(|k| {
             let one = |s: u32| {
                 let [dx, dy] = sobol_2d(s, k ^ seed as u32).map(fraction);
-                radiance(f64::from(k % w) + dx, f64::from(k / w) + dy)
+                radiance(f64::from(k % w) + dx, f64::from(k / w) + dy, hash(s ^ hash(k ^ hash(seed as u32))))
             };
             (0..samples).map(one).sum::<DVec3>() / f64::from(samples)
         })
         .collect();
     blur(&mut rgb, [w as usize, h as usize], faults.blur);
     let top = rgb.iter().map(|v| v.max_element()).fold(0.0, f64::max) * 1.1;
+    if matches!(on, On::Cylinder { .. }) {
+        rgb.iter_mut().for_each(|v| *v += faults.veil * top);
+    }
     let mut picture = Picture::new(w, h);
     for (k, (pixel, value)) in picture.rgb.iter_mut().zip(&rgb).enumerate() {
         let at = |k: usize, size: u32| (k as f64 + 0.5) / f64::from(size) - 0.5;
@@ -245,11 +281,18 @@ pub const LIGHTS: [[f64; 3]; 3] = [[0.427, -0.854, 0.299], [-0.885, -0.442, 0.14
 
 /// Photographs `small`, `repeats` of whose periods go once around the cylinder, into `folder`.
 pub fn set(folder: &Path, small: &SmallScale, repeats: f64, faults: &Faults, samples: u32) -> Set {
-    set_under(folder, small, repeats, LIGHTS, faults, samples)
+    set_under(folder, small, repeats, LIGHTS, (faults, 0), samples)
 }
 
-/// The same under other lights.
-pub fn set_under(folder: &Path, small: &SmallScale, repeats: f64, lights: [[f64; 3]; 3], faults: &Faults, samples: u32) -> Set {
+/// The same under other lights, which go along up to `bounces` threads more than the one that is seen.
+pub fn set_under(
+    folder: &Path,
+    small: &SmallScale,
+    repeats: f64,
+    lights: [[f64; 3]; 3],
+    (faults, bounces): (&Faults, u32),
+    samples: u32,
+) -> Set {
     let period = small.tile.period.x;
     let scale = repeats * period / (2.0 * PI);
     let size = 6.2 * period;
@@ -270,7 +313,7 @@ pub fn set_under(folder: &Path, small: &SmallScale, repeats: f64, lights: [[f64;
     for (k, (role, name)) in [("distant", "b"), ("validation", "c"), ("close-up", "a")].into_iter().enumerate() {
         let (on, view, rays) =
             if role == "close-up" { (On::Plane { size }, near, samples.div_ceil(4)) } else { (cylinder, DISTANT, samples) };
-        write(&photograph(small, on, view, lights[k], rays, faults, 7 + k as u64), &folder.join(format!("{name}.exr")));
+        write(&photograph(small, on, view, lights[k], rays, (faults, bounces), 7 + k as u64), &folder.join(format!("{name}.exr")));
         tables.push_str(&format!("[[photograph]]\nrole = \"{role}\"\nimage = \"{name}.exr\"\n"));
         if role == "close-up" {
             tables.push_str(&camera(near, "photograph.camera"));

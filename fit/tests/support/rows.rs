@@ -10,8 +10,9 @@ use biscale::render::world::World;
 use biscale_fit::cells::{Cells, scene_of, sights};
 use biscale_fit::close_up::CloseUp;
 use biscale_fit::descent::{Evaluate, descend};
+use biscale_fit::indirect::{Near, indirect};
 use biscale_fit::mean_period::uniform;
-use biscale_fit::model::{Evaluated, Model, Origin};
+use biscale_fit::model::{Evaluated, Indirect, Model, Origin};
 use biscale_fit::optimise::Limits;
 use biscale_fit::photograph::Role;
 use biscale_fit::run::{FINE, Outcome, POLISH_SAMPLES};
@@ -113,10 +114,24 @@ impl<'a> Looked<'a> {
         Self { spec, cells, near, variants }
     }
 
-    fn model(&'a self, choice: usize, values: &[f64], seed: u32, control: &Control<'_>) -> Model<'a> {
+    fn model(&'a self, choice: usize, values: &[f64], indirect: Option<&'a Indirect>, control: &Control<'_>) -> Model<'a> {
         let opaque = !matches!(self.spec.material.geometry, biscale::geometry::Geometry::Weave(_));
         let variant = &self.variants.all[choice];
-        Model::new(self.spec, &self.cells, Some(&self.near), variant, None, POLISH_SAMPLES, seed, values, opaque, control).unwrap()
+        Model::new(self.spec, &self.cells, Some(&self.near), variant, indirect, POLISH_SAMPLES, 99, values, opaque, control).unwrap()
+    }
+
+    /// The light between threads of the true material, if the photographs show it.
+    fn indirect(&self, truth: &str, light_off: [f64; 2], control: &Control<'_>) -> Option<Indirect> {
+        if self.spec.bounces == 0 {
+            return None;
+        }
+        let (point, values, _) = self.truth(truth, light_off);
+        let mut model = self.model(0, &values, None, control);
+        model.settle_height(&point, control).unwrap();
+        let small = super::material(truth);
+        let near = Near { small: &small, height: model.height };
+        let lights = model.state(&point).lights;
+        Some(indirect(&small, &self.cells, &lights, Some((&self.near, near)), (self.spec.bounces, 5), control).unwrap())
     }
 
     /// Where the photographs were made: the point, its parameters, and the linear unknowns.
@@ -160,8 +175,9 @@ pub fn probe(looked: &Looked<'_>, truth: &str, light_off: [f64; 2]) -> Probe {
     with_control(|control| {
         let (point, values, exact) = looked.truth(truth, light_off);
         let likely = looked.variants.likely;
+        let indirect = looked.indirect(truth, light_off, control);
         let at = |choice: usize| {
-            let mut model = looked.model(choice, &values, 99, control);
+            let mut model = looked.model(choice, &values, indirect.as_ref(), control);
             model.settle_height(&point, control).unwrap();
             let here = model.evaluate(&point, control).unwrap().unwrap();
             (model, here)
@@ -218,7 +234,8 @@ pub fn compare_with_truth(looked: &Looked<'_>, outcome: &Outcome, truth: &str, l
                 s.number, looked.variants.all[s.choice], s.objective, s.evaluations
             );
         }
-        let mut model = looked.model(outcome.starts[0].choice, &values, 99, control);
+        let indirect = looked.indirect(truth, light_off, control);
+        let mut model = looked.model(outcome.starts[0].choice, &values, indirect.as_ref(), control);
         model.settle_height(&point, control).unwrap();
         let with_colours = model.evaluate_with(&point, Some(&exact), control).unwrap().unwrap();
         let at_truth = model.evaluate(&point, control).unwrap().unwrap();

@@ -16,6 +16,8 @@ pub struct Scene {
     pub repeats: f64,
     pub lights: [[f64; 3]; 3],
     pub faults: Faults,
+    /// Reflections after the first.
+    pub bounces: u32,
 }
 
 const OTHER_LIGHTS: [[f64; 3]; 3] = [[-0.55, -0.70, 0.45], [0.80, -0.55, 0.25], [-0.30, 0.40, 0.86]];
@@ -31,6 +33,7 @@ pub fn scenes() -> Vec<Scene> {
         repeats: 290.0,
         lights: LIGHTS,
         faults: REAL,
+        bounces: 0,
     };
     let colours =
         |scene: Scene, a: &str, b: &str| Scene { start: weave([0.38, 0.11, 0.13], [0.38, 0.11, 0.0], 16, a, b, 0.1, 0.2), ..scene };
@@ -43,6 +46,7 @@ pub fn scenes() -> Vec<Scene> {
         repeats: 400.0,
         lights: LIGHTS,
         faults: REAL,
+        bounces: 0,
     };
     let hues = ["[0.1, 0.6, 0.2]", "[0.65, 0.55, 0.1]", "[0.6, 0.1, 0.1]"];
     let (red, blue) = ("[0.45, 0.06, 0.05]", "[0.05, 0.12, 0.40]");
@@ -64,10 +68,30 @@ pub fn scenes() -> Vec<Scene> {
             "[0.4, 0.4, 0.3]",
         ),
         Scene { repeats: 170.0, ..cloth("open", [0.30, 0.12, 0.10], [0.28, 0.12, 0.0], 32, red, blue, 0.25, 0.25) },
+        Scene { bounces: 4, ..cloth("light between threads", [0.42, 0.14, 0.15], [0.34, 0.12, 0.0], 32, red, blue, 0.25, 0.3) },
+        Scene {
+            bounces: 4,
+            ..colours(
+                cloth(
+                    "light between white threads",
+                    [0.36, 0.16, 0.15],
+                    [0.40, 0.14, 0.0],
+                    32,
+                    "[0.8, 0.78, 0.7]",
+                    "[0.55, 0.15, 0.1]",
+                    0.1,
+                    0.35,
+                ),
+                "[0.5, 0.5, 0.5]",
+                "[0.4, 0.2, 0.2]",
+            )
+        },
+        Scene { faults: Faults { veil: 0.01, ..REAL }, ..cloth("a veil", [0.40, 0.12, 0.13], [0.36, 0.13, 0.0], 32, red, blue, 0.2, 0.3) },
         Scene { faults: PERFECT, ..cloth("a perfect camera", [0.33, 0.10, 0.13], [0.41, 0.12, 0.0], 32, red, blue, 0.3, 0.35) },
         print("grooves", 0.4, 0.35, 0.25, hues),
         print("shallow grooves", 0.15, 0.25, 0.45, hues),
         print("deep grooves", 0.75, 0.45, 0.2, ["[0.5, 0.5, 0.5]", "[0.1, 0.3, 0.6]", "[0.7, 0.2, 0.1]"]),
+        Scene { bounces: 4, ..print("light between grooves", 0.5, 0.4, 0.25, ["[0.7, 0.7, 0.7]", "[0.65, 0.55, 0.1]", "[0.1, 0.2, 0.6]"]) },
         Scene {
             lights: OTHER_LIGHTS,
             ..print("grooves in other lights", 0.3, 0.5, 0.3, ["[0.6, 0.1, 0.3]", "[0.2, 0.5, 0.6]", "[0.3, 0.7, 0.2]"])
@@ -129,6 +153,10 @@ impl Draw {
         }
     }
 
+    fn bounces(&mut self) -> u32 {
+        if self.0.unit() < 0.5 { 4 } else { 0 }
+    }
+
     fn faults(&mut self) -> Faults {
         let noise = self.log(0.3, 3.0);
         Faults {
@@ -166,6 +194,7 @@ fn drawn_weave(k: u64, seed: u64) -> Scene {
         repeats: draw.within(170.0, 400.0).round(),
         lights: draw.lights(),
         faults: draw.faults(),
+        bounces: draw.bounces(),
     }
 }
 
@@ -184,12 +213,14 @@ fn drawn_grooves(k: u64, seed: u64) -> Scene {
         repeats: draw.within(200.0, 500.0).round(),
         lights: draw.lights(),
         faults: draw.faults(),
+        bounces: draw.bounces(),
     }
 }
 
-/// Photographs a scene.
+/// Photographs a scene, and says what a fit file must of the photographs.
 pub fn photographed(scene: &Scene, folder: &Path) -> String {
-    set_under(folder, &material(&scene.truth), scene.repeats, scene.lights, &scene.faults, 64).tables
+    let set = set_under(folder, &material(&scene.truth), scene.repeats, scene.lights, (&scene.faults, scene.bounces), 64);
+    format!("bounces = {}\n{}", scene.bounces, set.tables)
 }
 
 /// Writes start material and fit file of a scene that was photographed.
