@@ -6,6 +6,7 @@ use crate::cells::Cells;
 use crate::close_up::CloseUp;
 use crate::model::Indirect;
 use crate::near_paths;
+use crate::tile_view::smooth_colours;
 use biscale::direction::Pair;
 use biscale::error::Result;
 use biscale::filter::{Control, Method, Quality, effective};
@@ -16,16 +17,8 @@ const TOLERANCE: f64 = 0.01;
 /// Cells whose directions are this near share what is traced, radians.
 const STEP: f64 = 0.12;
 
-/// The surface as the close-up shows it.
-#[derive(Clone, Copy)]
-pub struct Near<'a> {
-    /// The one of whose material `indirect` is asked, with round threads.
-    pub small: &'a SmallScale,
-    /// Height at which the periods are laid on each other.
-    pub height: f64,
-}
-
-/// The indirect light of a material in the cells of the distant photographs, whose lights are turned by `lights`, and in the close-up, as `near` has it.
+/// The indirect light of a material in the cells of the distant photographs, whose lights are turned by `lights`, and in the close-up, where the surface is the one beside it: the same with
+/// round threads.
 ///
 /// # Errors
 /// Those of the filter.
@@ -33,7 +26,7 @@ pub fn indirect(
     small: &SmallScale,
     photographs: &[Cells],
     lights: &[[f64; 2]],
-    close_up: Option<(&CloseUp, Near<'_>)>,
+    close_up: Option<(&CloseUp, &SmallScale)>,
     (bounces, seed): (u32, u64),
     control: &Control<'_>,
 ) -> Result<Indirect> {
@@ -41,7 +34,7 @@ pub fn indirect(
     let of_cells = pairs.len();
     // What is compared place by place is traced place by place.
     let (laid, sorted): (Option<_>, Option<_>) = match close_up {
-        Some((found, near)) if found.comparable().is_some() => (found.pair.map(|pair| (pair, near)), None),
+        Some((found, near)) if found.comparable().is_some() => ((!found.pairs.is_empty()).then_some((found, near)), None),
         other => (None, other.and_then(|(found, _)| Some((found, found.pair?)))),
     };
     if let Some((_, pair)) = sorted {
@@ -84,10 +77,12 @@ pub fn indirect(
         };
         indirect.kinds = close_up.kinds.iter().map(share).collect();
     }
-    if let Some((pair, near)) = laid {
+    if let Some((close_up, near)) = laid {
         #[expect(clippy::cast_possible_truncation, reason = "any number will do")]
         let seed = seed as u32;
-        indirect.places = near_paths::light_between(near.small, pair, near.height, (bounces, seed), control)?;
+        indirect.near = near_paths::light_between(near, &close_up.pairs, (bounces, seed), control)?;
+        let blur = close_up.blur_in_periods(near.tile.period.to_array());
+        indirect.near.iter_mut().for_each(|seen| smooth_colours(&mut seen.picture, near_paths::SIZE, blur));
     }
     Ok(indirect)
 }

@@ -3,6 +3,7 @@
 use crate::cells::Cells;
 use crate::close_up::CloseUp;
 use crate::linear::Normal;
+use crate::near_paths::{self, Seen};
 use crate::recipe::Recipe;
 use crate::spec::{Parameter, Spec};
 use crate::tile_view::TileView;
@@ -44,8 +45,8 @@ pub struct Indirect {
     pub close_up: [f64; 3],
     /// For each kind of the close-up its share of that.
     pub kinds: Vec<[f64; 3]>,
-    /// In the close-up place by place of a period, if that is how it is compared: see [`crate::near_paths`].
-    pub places: Vec<[f64; 3]>,
+    /// In the close-up place by place of a period, as each of its viewers sees it, if that is how it is compared.
+    pub near: Vec<Seen>,
 }
 
 /// One equation, linear in the unknowns.
@@ -93,10 +94,12 @@ pub struct Model<'a> {
     pub unknowns: Vec<Unknown>,
     /// What is added to direct light.
     pub indirect: Option<&'a Indirect>,
-    /// Height at which the periods of the close-up were laid on top of each other: first that of its edges, then what [`Model::settle_height`] found.
-    pub height: f64,
     /// What the standard deviations of the close-up's mean period are multiplied by: how badly the material explains it, at least 1.
     pub doubt: f64,
+    /// Height at which the periods of the close-up were laid on top of each other: first that of its edges, then what [`Model::settle_height`] found.
+    height: f64,
+    /// What is reflected more than once, place by place of the close-up's period.
+    pub(crate) between: Vec<[f64; 3]>,
     frozen: Frozen,
     pub(crate) samples: u32,
     pub(crate) seed: u32,
@@ -195,16 +198,31 @@ impl<'a> Model<'a> {
             variables: variables(spec),
             unknowns: unknowns(spec, photographs.len()),
             indirect,
-            height: 0.0,
             doubt: 1.0,
+            height: 0.0,
+            between: Vec::new(),
             frozen: Frozen::new(&small, samples, seed, &pairs, control)?,
             samples,
             seed,
             opaque,
             slots,
         };
-        model.height = model.height_of_edges(&small, control)?;
+        model.lay_at(model.height_of_edges(&small, control)?);
         Ok(model)
+    }
+
+    /// Height at which the periods of the close-up were laid on top of each other.
+    pub fn height(&self) -> f64 {
+        self.height
+    }
+
+    /// Lays the periods of the close-up on top of each other at a height.
+    pub fn lay_at(&mut self, height: f64) {
+        self.height = height;
+        self.between = match self.indirect {
+            Some(indirect) if !indirect.near.is_empty() => near_paths::laid_at(&indirect.near, height),
+            _ => Vec::new(),
+        };
     }
 
     /// Lets the search move the colours, too.

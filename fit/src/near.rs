@@ -43,7 +43,7 @@ impl Model<'_> {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a root of a count")]
         let size = f64::from(self.samples).sqrt().ceil() as usize;
         let blur = close_up.blur_in_periods(small.tile.period.to_array());
-        self.view(close_up, small, self.height, blur, size, control).map(Some)
+        self.view(close_up, small, self.height(), blur, size, control).map(Some)
     }
 
     fn view(
@@ -119,14 +119,14 @@ impl Model<'_> {
         let mut places: Vec<f64> = (0..=HEIGHTS).map(|k| low + step * k as f64).collect();
         for _ in 0..HALVINGS {
             for height in places {
-                self.height = height;
+                self.lay_at(height);
                 tried.push((self.objective(point, control)?, height));
             }
             tried.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
             step *= 0.5;
             places = vec![tried[0].1 - step, tried[0].1 + step];
         }
-        self.height = tried[0].1;
+        self.lay_at(tried[0].1);
         self.doubt = 1.0;
         if let Some(found) = self.evaluate(point, control)? {
             let near = || found.rows.iter().filter(|(_, origin)| *origin == Origin::CloseUp).map(|(row, _)| row);
@@ -197,8 +197,8 @@ impl Model<'_> {
     pub(crate) fn laid_better(&self, view: &TileView, small: &SmallScale, linear: &[f64], shift: [f64; 2]) -> [f64; 2] {
         let (Some(close_up), Some(mean)) = (self.close_up, self.mean_period()) else { return shift };
         let mut picture = view.picture(&self.radiance(close_up, small, Some(linear)));
-        if let Some(indirect) = self.indirect.filter(|i| !i.places.is_empty()) {
-            let places = Windows::new(near_paths::SIZE, [view.size; 2], [0.0; 2]).of(&indirect.places);
+        if !self.between.is_empty() {
+            let places = Windows::new(near_paths::SIZE, [view.size; 2], [0.0; 2]).of(&self.between);
             for (pixel, extra) in picture.iter_mut().zip(places) {
                 (0..3).for_each(|c| pixel[c] += close_up.irradiance[c] * extra[c]);
             }
@@ -230,10 +230,7 @@ impl Model<'_> {
     ) {
         let windows = Windows::new(view.size, mean.size, shift);
         let shares: Vec<Vec<[f64; 3]>> = view.shares.iter().map(|s| windows.of(s)).collect();
-        let extra = match self.indirect {
-            Some(indirect) if !indirect.places.is_empty() => Windows::new(near_paths::SIZE, mean.size, shift).of(&indirect.places),
-            _ => Vec::new(),
-        };
+        let extra = if self.between.is_empty() { Vec::new() } else { Windows::new(near_paths::SIZE, mean.size, shift).of(&self.between) };
         let weight = PERIOD_WEIGHT / (3 * mean.mean.len()) as f64;
         let between = match (self.spec.bounces > 0, self.indirect.is_some()) {
             (false, _) => 0.0,

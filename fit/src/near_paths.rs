@@ -1,5 +1,6 @@
 //! Light between threads as the close-up shows it, place by place of a period: most of it lies where threads stand close, and hardly any on top of them.
 
+use crate::align::Windows;
 use biscale::brdf::Brdf;
 use biscale::direction::Pair;
 use biscale::error::Result;
@@ -7,73 +8,93 @@ use biscale::filter::Control;
 use biscale::low_discrepancy::{fraction, hash, sobol_2d};
 use biscale::material::{SmallScale, Tint};
 use biscale::visibility::rays::{Hit, Occlusion, PeriodicBvh, Traced};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 /// Places along a period.
 pub const SIZE: usize = 96;
-/// Paths of each place.
-const PATHS: usize = 12;
+/// Paths of each place, of all viewers together.
+const PATHS: usize = 16;
 
-/// Radiance over irradiance of what reaches the viewer of `pair` after 2 to `bounces + 1` reflections, at [`SIZE`] x [`SIZE`] places of a period at `height`,
-/// rows of x. Images that tint a surface count as white, as they do in all of a fit.
+/// What one viewer of the close-up sees of the light between threads.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Seen {
+    /// By how much of a period its lines of sight move for a unit of height.
+    slant: [f64; 2],
+    /// Radiance over irradiance in [`SIZE`] x [`SIZE`] places of a period at height 0, rows of x.
+    pub(crate) picture: Vec<[f64; 3]>,
+}
+
+/// The mean of all viewers, where their periods are laid on top of each other at `height`.
+pub fn laid_at(seen: &[Seen], height: f64) -> Vec<[f64; 3]> {
+    let mut sum = vec![[0.0; 3]; SIZE * SIZE];
+    for Seen { slant, picture } in seen {
+        let moved = Windows::new(SIZE, [SIZE; 2], slant.map(|s| -height * s)).of(picture);
+        for (sum, v) in sum.iter_mut().zip(moved) {
+            (0..3).for_each(|c| sum[c] += v[c] / seen.len() as f64);
+        }
+    }
+    sum
+}
+
+/// What the viewers of `pairs` see that was reflected 2 to `bounces + 1` times. Images that tint a surface count as white, as they do in all of a fit.
 ///
 /// # Errors
 /// `Interrupted`; a surface that rays cannot be traced to.
-pub fn light_between(
-    small: &SmallScale,
-    pair: Pair,
-    height: f64,
-    (bounces, seed): (u32, u32),
-    control: &Control<'_>,
-) -> Result<Vec<[f64; 3]>> {
-    let scene = Scene { small, bvh: PeriodicBvh::new(&small.tile)?, pair };
-    let above = scene.bvh.highest() + 1e-6 * small.tile.period.max_element();
-    let rows: Result<Vec<Vec<[f64; 3]>>> = (0..SIZE)
-        .into_par_iter()
-        .map(|row| {
-            control.check()?;
-            let at = |column: usize| {
-                let mut sum = [0.0; 3];
-                for path in 0..PATHS {
-                    let own = hash(seed ^ hash((row * SIZE + column) as u32));
-                    let [u, v] = sobol_2d(path as u32, own).map(fraction);
-                    let place = small.tile.period * glam::DVec2::new((column as f64 + u) / SIZE as f64, (row as f64 + v) / SIZE as f64);
-                    let start = place.extend(height) + pair.wo * ((above - height) / pair.wo.z);
-                    if let Traced::Hit(hit) = scene.bvh.trace(start, -pair.wo, None)
-                        && hit.front
-                    {
-                        let light = scene.follow(hit, bounces, hash(own ^ hash(path as u32)));
-                        (0..3).for_each(|c| sum[c] += light[c] / PATHS as f64);
-                    }
+pub fn light_between(small: &SmallScale, pairs: &[Pair], (bounces, seed): (u32, u32), control: &Control<'_>) -> Result<Vec<Seen>> {
+    let scene = Scene { small, bvh: PeriodicBvh::new(&small.tile)? };
+    let period = small.tile.period;
+    let above = scene.bvh.highest() + 1e-6 * period.max_element();
+    let paths = PATHS.div_ceil(pairs.len().max(1));
+    let row = |(k, row): (usize, usize)| {
+        control.check()?;
+        let pair = pairs[k];
+        let at = |column: usize| {
+            let mut sum = [0.0; 3];
+            for path in 0..paths {
+                let own = hash(seed ^ hash((row * SIZE + column) as u32));
+                // Viewers look at other parts of a place.
+                let path = (k * paths + path) as u32;
+                let [u, v] = sobol_2d(path, own).map(fraction);
+                let place = period * DVec2::new((column as f64 + u) / SIZE as f64, (row as f64 + v) / SIZE as f64);
+                let start = place.extend(0.0) + pair.wo * (above / pair.wo.z);
+                if let Traced::Hit(hit) = scene.bvh.trace(start, -pair.wo, None)
+                    && hit.front
+                {
+                    let light = scene.follow(hit, pair, bounces, hash(own ^ hash(path)));
+                    (0..3).for_each(|c| sum[c] += light[c] / paths as f64);
                 }
-                sum
-            };
-            Ok((0..SIZE).map(at).collect())
-        })
-        .collect();
-    Ok(rows?.concat())
+            }
+            sum
+        };
+        Ok((0..SIZE).map(at).collect())
+    };
+    let rows: Result<Vec<Vec<[f64; 3]>>> = (0..pairs.len() * SIZE).into_par_iter().map(|at| row((at / SIZE, at % SIZE))).collect();
+    let seen = |(pair, rows): (&Pair, &[Vec<[f64; 3]>])| Seen {
+        slant: (pair.wo.truncate() / (pair.wo.z * period)).to_array(),
+        picture: rows.concat(),
+    };
+    Ok(pairs.iter().zip(rows?.chunks(SIZE)).map(seen).collect())
 }
 
 struct Scene<'a> {
     small: &'a SmallScale,
     bvh: PeriodicBvh,
-    pair: Pair,
 }
 
 impl Scene<'_> {
     /// What comes back along a path from its first place on, without the light of that place itself.
-    fn follow(&self, mut hit: Hit, bounces: u32, seed: u32) -> [f64; 3] {
+    fn follow(&self, mut hit: Hit, pair: Pair, bounces: u32, seed: u32) -> [f64; 3] {
         let mut sum = [0.0; 3];
         let mut throughput = [1.0; 3];
-        let mut viewer = self.pair.wo;
+        let mut viewer = pair.wo;
         for event in 0..=bounces {
             let triangle = hit.triangle as usize;
             let [a, b, c] = self.small.tile.corners(triangle);
             let n = (b - a).cross(c - a).normalize_or_zero();
             let (brdf, tint) = self.covering(triangle);
             if event > 0 {
-                let light = self.direct(&hit, n, brdf, viewer);
+                let light = self.direct(&hit, n, brdf, (pair.wi, viewer));
                 (0..3).for_each(|c| sum[c] += throughput[c] * tint[c] * light[c]);
             }
             if event == bounces {
@@ -98,8 +119,7 @@ impl Scene<'_> {
     }
 
     /// `fr (n·wi)+` of a place, 0 in the shadow.
-    fn direct(&self, hit: &Hit, n: DVec3, brdf: &Brdf, viewer: DVec3) -> [f64; 3] {
-        let wi = self.pair.wi;
+    fn direct(&self, hit: &Hit, n: DVec3, brdf: &Brdf, (wi, viewer): (DVec3, DVec3)) -> [f64; 3] {
         let cosine = n.dot(wi);
         if cosine <= 0.0 || self.bvh.occluded(hit.triangle as usize, hit.position, wi) == Occlusion::Blocked {
             return [0.0; 3];
@@ -140,7 +160,7 @@ mod tests {
         let pair = Pair { wi: direction(0.3, -0.4), wo: direction(-0.1, 0.15) };
         for geometry in ["kind = \"weave\"", "kind = \"grooves\"\nprofile = \"v\""] {
             let small = small(geometry);
-            let places = light_between(&small, pair, 0.0, (3, 5), &control).unwrap();
+            let places = laid_at(&light_between(&small, &[pair], (3, 5), &control).unwrap(), 0.1);
             let of = |bounces| {
                 let quality = Quality { method: Method::Reference, tolerance: 0.002, bounces, ..Quality::default() };
                 effective(&small, &[pair], &quality, &control).unwrap().values[0].s

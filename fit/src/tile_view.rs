@@ -118,14 +118,11 @@ impl TileView {
                 }
             }
         }
-        // Rays anywhere within a pixel of the view are a blur already.
-        let left = blur.map(|b| ((b * size as f64).powi(2) - 1.0 / 12.0).max(0.0).sqrt());
-        let kernels = left.map(kernel);
         for cover in &mut view.covers {
-            smooth(cover, size, &kernels, |sum: &mut f64, weight, v| *sum += weight * v);
+            smooth(cover, size, &kernels(blur, size), |sum: &mut f64, weight, v| *sum += weight * v);
         }
         for shares in &mut view.shares {
-            smooth(shares, size, &kernels, |sum: &mut [f64; 3], weight, v| (0..3).for_each(|c| sum[c] += weight * v[c]));
+            smooth_colours(shares, size, blur);
         }
         Ok(view)
     }
@@ -257,6 +254,17 @@ fn kernel(sigma: f64) -> Vec<f64> {
     let weights: Vec<f64> = (0..=reach).map(|k| (-0.5 * (k as f64 / sigma).powi(2)).exp()).collect();
     let total = 2.0 * weights.iter().sum::<f64>() - weights[0];
     weights.into_iter().map(|w| w / total).collect()
+}
+
+/// Weights along x and y of a blur in periods, for a picture of `size` x `size` pixels of a period.
+fn kernels(blur: [f64; 2], size: usize) -> [Vec<f64>; 2] {
+    // Rays anywhere within a pixel are a blur already.
+    blur.map(|b| kernel(((b * size as f64).powi(2) - 1.0 / 12.0).max(0.0).sqrt()))
+}
+
+/// Blurs a picture of `size` x `size` pixels of a period, whose values are means over their pixels, by these standard deviations along x and y, in periods.
+pub(crate) fn smooth_colours(picture: &mut [[f64; 3]], size: usize, blur: [f64; 2]) {
+    smooth(picture, size, &kernels(blur, size), |sum: &mut [f64; 3], weight, v| (0..3).for_each(|c| sum[c] += weight * v[c]));
 }
 
 /// Blurs a periodic picture along x, then along y.

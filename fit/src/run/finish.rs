@@ -86,7 +86,7 @@ pub(super) fn finish(
         notes.push(format!("threads of {sides} sides explain the photographs better than the {own} of the start material"));
     }
     let tile = recipe.material()?.build()?.tile.period.to_array();
-    let close_up = prepared.close_up.as_ref().map(|c| c.on_its_plane(model.height, tile));
+    let close_up = prepared.close_up.as_ref().map(|c| c.on_its_plane(model.height(), tile));
     if spec.scale_to_close_up {
         scale(&mut recipe, close_up.as_ref(), prepared, &mut notes)?;
     }

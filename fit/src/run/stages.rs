@@ -2,7 +2,7 @@
 
 use super::{COARSE, FINE, Options, POLISH_SAMPLES, Prepared, Stopwatch, recipe_of};
 use crate::cells::Cells;
-use crate::indirect::{Near, indirect};
+use crate::indirect::indirect;
 use crate::model::{Indirect, Model};
 use crate::optimise::{Limits, Optimiser};
 use crate::search::{self, APART, Shared, Stage, Start, Task, in_parallel};
@@ -166,7 +166,7 @@ impl Search<'_> {
         let one = |start: &Start| {
             let settled = self.model(&self.prepared.fine, samples, start, indirect, variants).and_then(|mut model| {
                 model.settle_height(&start.point, self.shared.control)?;
-                Ok(model.mean_period().map(|_| [model.height, model.doubt]))
+                Ok(model.mean_period().map(|_| [model.height(), model.doubt]))
             });
             match settled {
                 Ok(laid) => Ok(Start { laid, ..start.clone() }),
@@ -193,8 +193,7 @@ impl Search<'_> {
         let recipe = recipe_of(prepared.spec, model.variant, &state, &model.unknowns, &evaluated.linear);
         let small = recipe.material()?.build()?;
         let round = model.rounded_recipe(&recipe).map(|r| r.material().and_then(|m| m.build())).transpose()?;
-        let near = Near { small: round.as_ref().unwrap_or(&small), height: model.height };
-        let close_up = prepared.close_up.as_ref().map(|c| (c, near));
+        let close_up = prepared.close_up.as_ref().map(|c| (c, round.as_ref().unwrap_or(&small)));
         let found =
             indirect(&small, &prepared.fine, &state.lights, close_up, (prepared.spec.bounces, self.options.seed), self.shared.control)?;
         Ok(Some(found))
@@ -259,6 +258,9 @@ pub(super) fn model_of<'m>(
             Err(error) => return Err(error),
         }
     }
-    [model.height, model.doubt] = start.laid.unwrap_or([model.height, 1.0]);
+    if let Some([height, doubt]) = start.laid {
+        model.lay_at(height);
+        model.doubt = doubt;
+    }
     Ok(model)
 }

@@ -10,7 +10,7 @@ use biscale::render::world::World;
 use biscale_fit::cells::{Cells, scene_of, sights};
 use biscale_fit::close_up::CloseUp;
 use biscale_fit::descent::{Evaluate, descend};
-use biscale_fit::indirect::{Near, indirect};
+use biscale_fit::indirect::indirect;
 use biscale_fit::mean_period::uniform;
 use biscale_fit::model::{Evaluated, Indirect, Model, Origin};
 use biscale_fit::optimise::Limits;
@@ -126,12 +126,9 @@ impl<'a> Looked<'a> {
             return None;
         }
         let (point, values, _) = self.truth(truth, light_off);
-        let mut model = self.model(0, &values, None, control);
-        model.settle_height(&point, control).unwrap();
         let small = super::material(truth);
-        let near = Near { small: &small, height: model.height };
-        let lights = model.state(&point).lights;
-        Some(indirect(&small, &self.cells, &lights, Some((&self.near, near)), (self.spec.bounces, 5), control).unwrap())
+        let lights = self.model(0, &values, None, control).state(&point).lights;
+        Some(indirect(&small, &self.cells, &lights, Some((&self.near, &small)), (self.spec.bounces, 5), control).unwrap())
     }
 
     /// Where the photographs were made: the point, its parameters, and the linear unknowns.
@@ -196,7 +193,7 @@ pub fn probe(looked: &Looked<'_>, truth: &str, light_off: [f64; 2]) -> Probe {
             let near = &looked.near;
             println!("    {:?} {:?} {:?}", near.period.map(|p| p.map(|p| p.length)), near.blur, near.notes);
             println!("    kinds {:?}", near.kinds.iter().map(|k| (k.cover, k.colour)).collect::<Vec<_>>());
-            println!("    variant {:?}, height {:?}", model.variant, model.height);
+            println!("    variant {:?}, height {:?}", model.variant, model.height());
             if let Some(m) = &near.mean_period {
                 let mean = |of: &[[f64; 3]]| of.iter().flatten().sum::<f64>() / of.len() as f64 / 3.0;
                 println!("    mean period of {:?}: mean {:.4}, scatter {:.4}", m.size, mean(&m.mean), mean(&m.scatter));
