@@ -134,6 +134,10 @@ impl CloseUp {
         found.irradiance = std::array::from_fn(|c| used.iter().map(|s| s.irradiance[c]).sum::<f64>() / n);
         let pixels: Vec<[f64; 3]> = used.iter().map(|s| image.rgb[s.pixel as usize].map(|v| f64::from(v).max(0.0))).collect();
         found.mean_period = MeanPeriod::new(photograph, &used, &pixels, found.period, (start.tile.period.to_array(), uniform));
+        if !found.exposure_known {
+            let what = if found.scales() { "it is found with the colours" } else { "only the cover of its surfaces is compared" };
+            found.notes.push(format!("its irradiance is not known: {what}"));
+        }
         let surfaces = start.surfaces.len();
         let mut light: Vec<f64> = pixels.iter().map(|p| p.iter().sum()).collect();
         light.sort_by(f64::total_cmp);
@@ -181,9 +185,9 @@ impl CloseUp {
         found
     }
 
-    /// The mean period, if it can be compared with a model's: not where a factor of all its light is unknown.
-    pub fn comparable(&self) -> Option<&MeanPeriod> {
-        self.mean_period.as_ref().filter(|_| self.exposure_known)
+    /// Whether the irradiance is found with the colours: a factor of all light of the mean period.
+    pub fn scales(&self) -> bool {
+        self.mean_period.is_some() && !self.exposure_known
     }
 
     /// Whether the kinds are surfaces.

@@ -55,7 +55,7 @@ pub struct Known {
     pub sigma_without_close_up: Option<f64>,
     /// Whether it is the close-up that tells it: without it the standard deviation is three times as large, or all of the range.
     pub from_close_up: bool,
-    /// What it is: `parameter`, `light`, `colour`, `veil`.
+    /// What it is: `parameter`, `light`, `colour`, `veil`, `exposure`.
     pub kind: &'static str,
 }
 
@@ -309,13 +309,14 @@ pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives:
     let spec = model.spec;
     let n = point.len();
     let total = n + best.linear.len();
-    // Ranges in the units of the derivatives: of the box for the search; a colour cannot be more than all, a veil than the picture.
+    // Ranges in the units of the derivatives: of the box for the search; a colour cannot be more than all, a veil than the picture; an exposure is as large as it is.
     let range: Vec<f64> = (0..total)
         .map(|i| match i.checked_sub(n).map(|k| &model.unknowns[k]) {
             None => 1.0,
             Some(u) => match u.kind {
                 UnknownKind::Colour(..) => (u.bounds[1] - u.bounds[0]).max(1e-9),
                 UnknownKind::Veil(p, c) => model.photographs[p].mean[c].max(1e-9),
+                UnknownKind::Exposure => best.linear[i - n],
             },
         })
         .collect();
@@ -376,7 +377,11 @@ pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives:
                 }
                 Some(k) => {
                     let u = &model.unknowns[k];
-                    let kind = if matches!(u.kind, UnknownKind::Veil(..)) { "veil" } else { "colour" };
+                    let kind = match u.kind {
+                        UnknownKind::Colour(..) => "colour",
+                        UnknownKind::Veil(..) => "veil",
+                        UnknownKind::Exposure => "exposure",
+                    };
                     let bounds = if kind == "veil" { [0.0, range[i]] } else { u.bounds };
                     (u.name.clone(), best.linear[k], bounds, range[i], kind)
                 }

@@ -34,7 +34,7 @@ pub fn indirect(
     let of_cells = pairs.len();
     // What is compared place by place is traced place by place.
     let (laid, sorted): (Option<_>, Option<_>) = match close_up {
-        Some((found, near)) if found.comparable().is_some() => ((!found.pairs.is_empty()).then_some((found, near)), None),
+        Some((found, near)) if found.mean_period.is_some() => ((!found.pairs.is_empty()).then_some((found, near)), None),
         other => (None, other.and_then(|(found, _)| Some((found, found.pair?)))),
     };
     if let Some((_, pair)) = sorted {

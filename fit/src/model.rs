@@ -196,7 +196,7 @@ impl<'a> Model<'a> {
             close_up,
             variant,
             variables: variables(spec),
-            unknowns: unknowns(spec, photographs.len()),
+            unknowns: unknowns(spec, photographs.len(), close_up.is_some_and(CloseUp::scales)),
             indirect,
             doubt: 1.0,
             height: 0.0,
@@ -307,15 +307,16 @@ impl<'a> Model<'a> {
         let looked = self.look(&state, &small, control)?;
         if let Some(view) = looked.near.as_ref().filter(|_| self.mean_period().is_some()) {
             // Where in the period the picture begins answers to the colours a little, and these to it.
-            let solved = |shift| {
-                let (rows, fixed) = self.equations(&state, &small, &looked, Sorting::Laid(shift));
+            let solved = |shift, exposure| {
+                let (rows, fixed) = self.equations(&state, &small, &looked, Sorting::Laid(shift, exposure));
                 solve(rows, fixed, &lower, &upper)
             };
-            let first = self.laid(view, &small).into_iter().map(|shift| (solved(shift), shift));
+            let exposure = linear.map_or(1.0, |held| self.exposure(held));
+            let first = self.laid(view, &small).into_iter().map(|shift| (solved(shift, exposure), shift));
             let Some((mut found, mut shift)) = first.min_by(|a, b| a.0.objective.total_cmp(&b.0.objective)) else { return Ok(None) };
             for _ in 0..ALIGNMENTS {
                 shift = self.laid_better(view, &small, &found.linear, shift);
-                found = solved(shift);
+                found = solved(shift, self.exposure(&found.linear));
                 if linear.is_some() {
                     break;
                 }
@@ -416,8 +417,13 @@ impl<'a> Model<'a> {
     pub(crate) fn unknown(&self, slot: Slot, channel: usize) -> Option<usize> {
         self.unknowns.iter().position(|u| match u.kind {
             UnknownKind::Colour(k, c) => self.spec.colours[k].slot == slot && c.is_none_or(|c| c == channel),
-            UnknownKind::Veil(..) => false,
+            UnknownKind::Veil(..) | UnknownKind::Exposure => false,
         })
+    }
+
+    /// The irradiance of the close-up that was given over what it is.
+    pub(crate) fn exposure(&self, linear: &[f64]) -> f64 {
+        self.unknowns.iter().position(|u| u.kind == UnknownKind::Exposure).map_or(1.0, |k| linear[k])
     }
 
     fn priors(&self, state: &State, rows: &mut Vec<(Row, Origin)>, fixed: &mut Vec<f64>) {
@@ -456,8 +462,8 @@ pub(crate) enum Sorting<'a> {
     BySurface,
     /// By colour, where the unknowns are these.
     ByColour(&'a [f64]),
-    /// Not at all: place by place of the mean period, with this shift.
-    Laid([f64; 2]),
+    /// Not at all: place by place of the mean period, with this shift and about this exposure.
+    Laid([f64; 2], f64),
 }
 
 /// The surface as the photographs need it.

@@ -8,7 +8,7 @@ use crate::model::{Model, Origin, Row, Sorting, State, huber, write};
 use crate::near_paths;
 use crate::recipe::Recipe;
 use crate::tile_view::{Part, TileView};
-use crate::unknowns::colour_of;
+use crate::unknowns::{UnknownKind, colour_of};
 use crate::variant::{own_sides, sides_place};
 use biscale::error::Result;
 use biscale::filter::Control;
@@ -148,9 +148,9 @@ impl Model<'_> {
         let apart = close_up.tells_surfaces_apart(small.surfaces.len());
         let between = usize::from(self.indirect.is_some());
         let guess = match sorting {
-            Sorting::Laid(shift) => {
+            Sorting::Laid(shift, exposure) => {
                 if let Some(mean) = self.mean_period() {
-                    self.period_rows(close_up, mean, view, small, shift, rows);
+                    self.period_rows((close_up, mean), view, small, (shift, exposure), rows);
                 }
                 return;
             }
@@ -183,7 +183,7 @@ impl Model<'_> {
 
     /// The mean period of the close-up, where the model's own can be compared with it.
     pub fn mean_period(&self) -> Option<&MeanPeriod> {
-        self.close_up.and_then(CloseUp::comparable)
+        self.close_up?.mean_period.as_ref()
     }
 
     /// The shifts at which the model's period may lie on that of the close-up, as far as the colours of the kinds tell.
@@ -197,12 +197,14 @@ impl Model<'_> {
     pub(crate) fn laid_better(&self, view: &TileView, small: &SmallScale, linear: &[f64], shift: [f64; 2]) -> [f64; 2] {
         let (Some(close_up), Some(mean)) = (self.close_up, self.mean_period()) else { return shift };
         let mut picture = view.picture(&self.radiance(close_up, small, Some(linear)));
+        let exposure = self.exposure(linear);
         if !self.between.is_empty() {
             let places = Windows::new(near_paths::SIZE, [view.size; 2], [0.0; 2]).of(&self.between);
             for (pixel, extra) in picture.iter_mut().zip(places) {
                 (0..3).for_each(|c| pixel[c] += close_up.irradiance[c] * extra[c]);
             }
         }
+        picture.iter_mut().flatten().for_each(|v| *v /= exposure);
         align::refined(&picture, view.size, mean, &mean.sigma, shift)
     }
 
@@ -221,16 +223,16 @@ impl Model<'_> {
     /// The mean period, place by place.
     fn period_rows(
         &self,
-        close_up: &CloseUp,
-        mean: &MeanPeriod,
+        (close_up, mean): (&CloseUp, &MeanPeriod),
         view: &TileView,
         small: &SmallScale,
-        shift: [f64; 2],
+        (shift, exposure): ([f64; 2], f64),
         rows: &mut Vec<(Row, Origin)>,
     ) {
         let windows = Windows::new(view.size, mean.size, shift);
         let shares: Vec<Vec<[f64; 3]>> = view.shares.iter().map(|s| windows.of(s)).collect();
         let extra = if self.between.is_empty() { Vec::new() } else { Windows::new(near_paths::SIZE, mean.size, shift).of(&self.between) };
+        let scales = self.unknowns.iter().position(|u| u.kind == UnknownKind::Exposure);
         let weight = PERIOD_WEIGHT / (3 * mean.mean.len()) as f64;
         let between = match (self.spec.bounces > 0, self.indirect.is_some()) {
             (false, _) => 0.0,
@@ -239,11 +241,19 @@ impl Model<'_> {
         };
         for (place, (&value, &sigma)) in mean.mean.iter().zip(&mean.sigma).enumerate() {
             for c in 0..3 {
-                let (terms, known) = self.terms(|slot| close_up.irradiance[c] * shares[slot][place][c], c, small);
+                let (mut terms, known) = self.terms(|slot| close_up.irradiance[c] * shares[slot][place][c], c, small);
                 let known = known + extra.get(place).map_or(0.0, |e| close_up.irradiance[c] * e[c]);
                 let weight = if mean.count[place] > 0.0 { weight } else { 0.0 };
-                let sigma = self.doubt * sigma[c].hypot(between * value[c]);
-                rows.push((Row { terms, known, value: value[c], sigma, weight }, Origin::CloseUp));
+                let sigma = exposure * self.doubt * sigma[c].hypot(between * value[c]);
+                // What is seen is known up to the exposure, which then belongs on the left.
+                let value = match scales {
+                    Some(k) => {
+                        terms.push((k, -value[c]));
+                        0.0
+                    }
+                    None => value[c],
+                };
+                rows.push((Row { terms, known, value, sigma, weight }, Origin::CloseUp));
             }
         }
     }

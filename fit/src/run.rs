@@ -221,7 +221,7 @@ pub struct Survey {
 /// Bad input; `Interrupted`.
 pub fn survey(spec: &Spec, control: &Control<'_>) -> Result<Survey> {
     let prepared = Prepared::new(spec, control)?;
-    let unknowns = unknowns::unknowns(spec, prepared.distant.len());
+    let unknowns = unknowns::unknowns(spec, prepared.distant.len(), prepared.close_up.as_ref().is_some_and(CloseUp::scales));
     Ok(Survey {
         distant: prepared
             .distant
@@ -244,7 +244,7 @@ impl<'a> Prepared<'a> {
         for photograph in &spec.photographs {
             let name = photograph.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
             notes.extend(photograph.image.notes.iter().map(|n| format!("{name}: {n}")));
-            if !photograph.exposure_known {
+            if !photograph.exposure_known && photograph.role != Role::CloseUp {
                 notes.push(format!("{name}: its irradiance is not known and was taken as given: all colours share an unknown factor"));
             }
         }

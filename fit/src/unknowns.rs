@@ -44,10 +44,15 @@ pub enum UnknownKind {
     Colour(usize, Option<usize>),
     /// The veil of a distant photograph in a channel.
     Veil(usize, usize),
+    /// The irradiance that the fit file gives of the close-up over the true one.
+    Exposure,
 }
 
-/// The unknowns of a fit, in the order of the file: colours by channel, then veils.
-pub fn unknowns(spec: &Spec, distant: usize) -> Vec<Unknown> {
+/// Bounds of [`UnknownKind::Exposure`].
+const EXPOSURES: [f64; 2] = [1e-2, 1e2];
+
+/// The unknowns of a fit, in the order of the file: colours by channel, then veils of the `distant` photographs, then the exposure of the close-up if it `scales`.
+pub fn unknowns(spec: &Spec, distant: usize, scales: bool) -> Vec<Unknown> {
     const CHANNELS: [&str; 3] = ["red", "green", "blue"];
     let mut unknowns = Vec::new();
     for (k, colour) in spec.colours.iter().enumerate() {
@@ -69,6 +74,9 @@ pub fn unknowns(spec: &Spec, distant: usize) -> Vec<Unknown> {
                 bounds: [0.0, 1e9],
             }));
         }
+    }
+    if scales {
+        unknowns.push(Unknown { name: "exposure of the close-up".to_owned(), kind: UnknownKind::Exposure, bounds: EXPOSURES });
     }
     unknowns
 }

@@ -117,7 +117,7 @@ fn answers(scene: &Scene, seed: u64) -> (Outcome, Vec<Answer>) {
         found.push(Answer { name: known.name.clone(), group, off, z });
     }
     if std::env::var("ROWS").is_ok() {
-        compare_with_truth(&Looked::new(&spec, &material(&scene.truth)), &outcome, &scene.truth, scene.faults.light_off_deg);
+        compare_with_truth(&Looked::new(&spec, &material(&scene.truth)), &outcome, &scene.truth, &scene.faults);
     }
     (outcome, found)
 }
@@ -166,7 +166,7 @@ fn photographs_pull_little_away_from_the_truth() {
         let folder = tempfile::tempdir().unwrap();
         let tables = photographed(&scene, folder.path());
         let spec = written(&scene, folder.path(), &tables);
-        let found = probe(&Looked::new(&spec, &material(&scene.truth)), &scene.truth, scene.faults.light_off_deg);
+        let found = probe(&Looked::new(&spec, &material(&scene.truth)), &scene.truth, &scene.faults);
         let [a, b, c] = found.objectives;
         let off: Vec<String> = (found.off.iter())
             .map(|(name, here, there)| {

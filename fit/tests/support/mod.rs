@@ -41,13 +41,24 @@ pub struct Faults {
     pub jpeg: bool,
     /// Light that lies over all of a distant photograph, as a share of its brightest pixel.
     pub veil: f64,
+    /// What the close-up's values are multiplied by, which its fit file says that nobody knows; 1 where it is known.
+    pub exposure: f64,
     /// Radial distortion that nothing corrects: a place at the side of the picture is seen at `1 + distortion` times its distance from the middle.
     pub distortion: f64,
 }
 
 /// None.
-pub const PERFECT: Faults =
-    Faults { light_off_deg: [0.0; 2], blur: 0.0, vignetting: 0.0, noise: [0.0; 2], bits: None, jpeg: false, veil: 0.0, distortion: 0.0 };
+pub const PERFECT: Faults = Faults {
+    light_off_deg: [0.0; 2],
+    blur: 0.0,
+    vignetting: 0.0,
+    noise: [0.0; 2],
+    bits: None,
+    jpeg: false,
+    veil: 0.0,
+    exposure: 1.0,
+    distortion: 0.0,
+};
 /// Those of a decent camera.
 pub const REAL: Faults = Faults {
     light_off_deg: [0.35, 0.35],
@@ -57,6 +68,7 @@ pub const REAL: Faults = Faults {
     bits: Some(12),
     jpeg: false,
     veil: 0.0,
+    exposure: 1.0,
     distortion: 0.0,
 };
 
@@ -157,10 +169,14 @@ pub fn photograph(
         })
         .collect();
     blur(&mut rgb, [w as usize, h as usize], faults.blur);
-    let top = rgb.iter().map(|v| v.max_element()).fold(0.0, f64::max) * 1.1;
+    let brightest = |rgb: &[DVec3]| rgb.iter().map(|v| v.max_element()).fold(0.0, f64::max);
     if matches!(on, On::Cylinder { .. }) {
-        rgb.iter_mut().for_each(|v| *v += faults.veil * top);
+        let veil = faults.veil * brightest(&rgb);
+        rgb.iter_mut().for_each(|v| *v += veil);
+    } else {
+        rgb.iter_mut().for_each(|v| *v *= faults.exposure);
     }
+    let top = 1.1 * brightest(&rgb);
     let mut picture = Picture::new(w, h);
     for (k, (pixel, value)) in picture.rgb.iter_mut().zip(&rgb).enumerate() {
         let at = |k: usize, size: u32| (k as f64 + 0.5) / f64::from(size) - 0.5;
@@ -315,6 +331,9 @@ pub fn set_under(
             if role == "close-up" { (On::Plane { size }, near, samples.div_ceil(4)) } else { (cylinder, DISTANT, samples) };
         write(&photograph(small, on, view, lights[k], rays, (faults, bounces), 7 + k as u64), &folder.join(format!("{name}.exr")));
         tables.push_str(&format!("[[photograph]]\nrole = \"{role}\"\nimage = \"{name}.exr\"\n"));
+        if role == "close-up" && faults.exposure != 1.0 {
+            tables.push_str("exposure_known = false\n");
+        }
         if role == "close-up" {
             tables.push_str(&camera(near, "photograph.camera"));
             tables.push_str(&format!("[photograph.object]\nkind = \"plane\"\nsize = [{size}, {size}]\n"));

@@ -2,7 +2,7 @@
 
 #![allow(clippy::print_stdout, reason = "figures, for those who ask for them with --nocapture")]
 
-use super::with_control;
+use super::{Faults, with_control};
 use biscale::error::Result;
 use biscale::filter::Control;
 use biscale::material::SmallScale;
@@ -17,7 +17,7 @@ use biscale_fit::optimise::Limits;
 use biscale_fit::photograph::Role;
 use biscale_fit::run::{FINE, Outcome, POLISH_SAMPLES};
 use biscale_fit::spec::Spec;
-use biscale_fit::unknowns::Variable;
+use biscale_fit::unknowns::{UnknownKind, Variable};
 use biscale_fit::variant::Variants;
 use std::collections::BTreeMap;
 
@@ -121,31 +121,34 @@ impl<'a> Looked<'a> {
     }
 
     /// The light between threads of the true material, if the photographs show it.
-    fn indirect(&self, truth: &str, light_off: [f64; 2], control: &Control<'_>) -> Option<Indirect> {
+    fn indirect(&self, truth: &str, faults: &Faults, control: &Control<'_>) -> Option<Indirect> {
         if self.spec.bounces == 0 {
             return None;
         }
-        let (point, values, _) = self.truth(truth, light_off);
+        let (point, values, _) = self.truth(truth, faults);
         let small = super::material(truth);
         let lights = self.model(0, &values, None, control).state(&point).lights;
         Some(indirect(&small, &self.cells, &lights, Some((&self.near, &small)), (self.spec.bounces, 5), control).unwrap())
     }
 
     /// Where the photographs were made: the point, its parameters, and the linear unknowns.
-    fn truth(&self, truth: &str, light_off: [f64; 2]) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+    fn truth(&self, truth: &str, faults: &Faults) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
         let of = |name: &str| truths(std::iter::once(name), truth)[0];
         let values: Vec<f64> = self.spec.parameters.iter().map(|p| of(&p.key).unwrap()).collect();
-        let unknowns = biscale_fit::unknowns::unknowns(self.spec, self.cells.len());
+        let unknowns = biscale_fit::unknowns::unknowns(self.spec, self.cells.len(), self.near.scales());
         let point = biscale_fit::unknowns::variables(self.spec)
             .iter()
             .map(|v| match v {
                 Variable::Parameter(k) => self.spec.parameters[*k].to_unit(values[*k]),
                 // The light stands off by these degrees.
-                Variable::Light { axis, .. } => 0.5 + 0.5 * light_off[*axis] / (v.at(self.spec, &unknowns, 1.0)),
+                Variable::Light { axis, .. } => 0.5 + 0.5 * faults.light_off_deg[*axis] / (v.at(self.spec, &unknowns, 1.0)),
                 Variable::Linear(_) => 0.5,
             })
             .collect();
-        let linear = unknowns.iter().map(|u| of(&u.name).unwrap_or(0.0)).collect();
+        let linear = unknowns
+            .iter()
+            .map(|u| if u.kind == UnknownKind::Exposure { 1.0 / faults.exposure } else { of(&u.name).unwrap_or(0.0) })
+            .collect();
         (point, values, linear)
     }
 }
@@ -168,11 +171,11 @@ pub struct Probe {
 }
 
 /// Goes down from the truth: what a search that finds the least objective must end near, in seconds and not in minutes.
-pub fn probe(looked: &Looked<'_>, truth: &str, light_off: [f64; 2]) -> Probe {
+pub fn probe(looked: &Looked<'_>, truth: &str, faults: &Faults) -> Probe {
     with_control(|control| {
-        let (point, values, exact) = looked.truth(truth, light_off);
+        let (point, values, exact) = looked.truth(truth, faults);
         let likely = looked.variants.likely;
-        let indirect = looked.indirect(truth, light_off, control);
+        let indirect = looked.indirect(truth, faults, control);
         let at = |choice: usize| {
             let mut model = looked.model(choice, &values, indirect.as_ref(), control);
             model.settle_height(&point, control).unwrap();
@@ -221,9 +224,9 @@ fn show(model: &Model<'_>, of: &[&Evaluated]) {
 }
 
 /// The objective where a fit ended and at the truth, and which rows pull away.
-pub fn compare_with_truth(looked: &Looked<'_>, outcome: &Outcome, truth: &str, light_off: [f64; 2]) {
+pub fn compare_with_truth(looked: &Looked<'_>, outcome: &Outcome, truth: &str, faults: &Faults) {
     with_control(|control| {
-        let (point, values, exact) = looked.truth(truth, light_off);
+        let (point, values, exact) = looked.truth(truth, faults);
         for s in &outcome.starts {
             let place: Vec<f64> = s.point.iter().map(|p| (p * 100.0).round()).collect();
             println!(
@@ -231,7 +234,7 @@ pub fn compare_with_truth(looked: &Looked<'_>, outcome: &Outcome, truth: &str, l
                 s.number, looked.variants.all[s.choice], s.objective, s.evaluations
             );
         }
-        let indirect = looked.indirect(truth, light_off, control);
+        let indirect = looked.indirect(truth, faults, control);
         let mut model = looked.model(outcome.starts[0].choice, &values, indirect.as_ref(), control);
         model.settle_height(&point, control).unwrap();
         let with_colours = model.evaluate_with(&point, Some(&exact), control).unwrap().unwrap();

@@ -87,6 +87,10 @@ pub fn scenes() -> Vec<Scene> {
             )
         },
         Scene { faults: Faults { veil: 0.01, ..REAL }, ..cloth("a veil", [0.40, 0.12, 0.13], [0.36, 0.13, 0.0], 32, red, blue, 0.2, 0.3) },
+        Scene {
+            faults: Faults { exposure: 2.5, ..REAL },
+            ..cloth("a close-up of unknown exposure", [0.44, 0.13, 0.14], [0.33, 0.11, 0.0], 32, red, blue, 0.2, 0.25)
+        },
         Scene { faults: PERFECT, ..cloth("a perfect camera", [0.33, 0.10, 0.13], [0.41, 0.12, 0.0], 32, red, blue, 0.3, 0.35) },
         print("grooves", 0.4, 0.35, 0.25, hues),
         print("shallow grooves", 0.15, 0.25, 0.45, hues),
