@@ -22,10 +22,10 @@ const ROUNDS: usize = 12;
 const SETTLED: f64 = 1e-7;
 /// How often the model's period is laid on that of the close-up anew, with the colours that were found.
 const ALIGNMENTS: usize = 2;
-/// Standard deviation of the veil, as a share of the mean radiance of its photograph.
+/// Standard deviation of the veil where no unlit place shows it, as a share of the mean radiance of its photograph.
 const VEIL_SIGMA: f64 = 0.02;
-/// The same of what unlit places show of it: as a share of the mean, and of what they show. Light from a room, or through the cloth, is not the same all over.
-const UNLIT_SIGMA: [f64; 2] = [0.002, 0.3];
+/// The same where one does: as a share of the mean, and of what is seen there. Light from a room, or through the cloth, is not the same all over.
+const UNLIT_SIGMA: [f64; 2] = [0.002, 0.4];
 
 /// How fine a model is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -440,14 +440,11 @@ impl<'a> Model<'a> {
         for (k, unknown) in self.unknowns.iter().enumerate() {
             if let UnknownKind::Veil(p, c) = unknown.kind {
                 let Cells { mean, unlit, .. } = &self.photographs[p];
-                let mut add = |value: f64, sigma: f64| {
-                    let row = Row { terms: vec![(k, 1.0)], known: 0.0, value, sigma: sigma.max(1e-12), weight: 1.0 };
-                    rows.push((row, Origin::Prior));
+                let (value, sigma) = match unlit {
+                    Some(unlit) => (unlit[c], (UNLIT_SIGMA[0] * mean[c]).hypot(UNLIT_SIGMA[1] * unlit[c])),
+                    None => (0.0, VEIL_SIGMA * mean[c]),
                 };
-                add(0.0, VEIL_SIGMA * mean[c]);
-                if let Some(unlit) = unlit {
-                    add(unlit[c], (UNLIT_SIGMA[0] * mean[c]).hypot(UNLIT_SIGMA[1] * unlit[c]));
-                }
+                rows.push((Row { terms: vec![(k, 1.0)], known: 0.0, value, sigma: sigma.max(1e-12), weight: 1.0 }, Origin::Prior));
             }
         }
     }

@@ -5,7 +5,7 @@
 //! earlier one makes the same steps up to where that one ended.
 
 use crate::descent::{self, Evaluate};
-use crate::model::{Evaluated, Model};
+use crate::model::{Evaluated, Indirect, Model};
 use crate::optimise::{self, Found, Limits, Optimiser};
 use crate::unknowns::Variable;
 use biscale::error::{Error, Result};
@@ -14,8 +14,8 @@ use biscale::low_discrepancy::{fraction, hash};
 use rustc_hash::FxHashMap;
 use serde::Serialize;
 use std::cell::Cell;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 
 /// Distance, in any coordinate of the unit box, from which on two minima are two.
 pub const APART: f64 = 0.1;
@@ -162,6 +162,9 @@ pub struct Start {
     pub choice: usize,
     /// Height at which the periods of the close-up were laid on top of each other, once it is known, and what its standard deviations are multiplied by.
     pub laid: Option<[f64; 2]>,
+    /// Light that was reflected more than once, once it is known.
+    #[serde(skip)]
+    pub indirect: Option<Arc<Indirect>>,
 }
 
 /// Points of a Latin hypercube: in each coordinate one point in each of `count` equal parts.
@@ -316,14 +319,12 @@ pub fn search(model: &Model<'_>, start: &Start, task: &Task, shared: &Shared<'_>
     }
     let (point, value) = best.into_inner();
     Ok(Start {
-        number: start.number,
         point,
         objective: value,
         evaluations: start.evaluations + count.get(),
         converged: converged && !ended.get(),
         restarts: start.restarts + restarts,
-        choice: start.choice,
-        laid: start.laid,
+        ..start.clone()
     })
 }
 

@@ -21,8 +21,13 @@ const VIEW: View = View { origin: [0.0, -12.0, 0.0], up: [0.0, 0.0, 1.0], fov_de
 
 /// A photograph of the grooves, changed by `edit`.
 fn picture(edit: impl Fn(u32, u32, &mut [f32; 3])) -> Picture {
+    picture_under(LIGHT, edit)
+}
+
+/// The same under another light.
+fn picture_under(to_light: [f64; 3], edit: impl Fn(u32, u32, &mut [f32; 3])) -> Picture {
     let on = support::On::Cylinder { height: 1.6, scale: 200.0 };
-    let mut picture = photograph(&material(GROOVES), on, VIEW, LIGHT, 16, (&PERFECT, 0), 1);
+    let mut picture = photograph(&material(GROOVES), on, VIEW, to_light, 16, (&PERFECT, 0), 1);
     let width = picture.width;
     for (k, pixel) in (0..).zip(&mut picture.rgb) {
         edit(k % width, k / width, pixel);
@@ -32,11 +37,10 @@ fn picture(edit: impl Fn(u32, u32, &mut [f32; 3])) -> Picture {
 
 /// A fit file; `edit` changes its text.
 fn file(edit: impl Fn(String) -> String) -> String {
-    let [x, y, z] = LIGHT;
     edit(format!(
         "format = 1\nmaterial = \"start.toml\"\n[camera]\norigin = [0, -12, 0]\ntarget = [0, 0, 0]\nup = [0, 0, 1]\nfov_deg = 11\nwidth = 40\nheight = 20\n\
          [object]\nkind = \"cylinder\"\nradius = 1\nheight = 1.6\n[[photograph]]\nrole = \"distant\"\nimage = \"b.exr\"\n[photograph.light]\n\
-         type = \"directional\"\nto_light = [{x}, {y}, {z}]\nirradiance_rgb = 3.14159265\n[[parameter]]\nkey = \"geometry.depth\"\nbounds = [0.1, 2.0]\n\
+         type = \"directional\"\nto_light = {LIGHT:?}\nirradiance_rgb = 3.14159265\n[[parameter]]\nkey = \"geometry.depth\"\nbounds = [0.1, 2.0]\n\
          [[colour]]\nkey = \"surface.left.brdf.albedo\"\n[[colour]]\nkey = \"surface.right.brdf.albedo\"\n"
     ))
 }
@@ -72,6 +76,21 @@ fn from_the_far_corner_of_the_bounds_it_comes_to_the_same_place() {
     let sigma = found[0].identified.known[0].sigma;
     assert!((depth(&found[0]) - depth(&found[1])).abs() < 0.05 + sigma, "{} and {}", depth(&found[0]), depth(&found[1]));
     assert!(found.iter().all(|o| o.failures.is_empty()), "{:?}", found[0].failures);
+}
+
+#[test]
+fn places_that_face_away_from_the_light_hold_the_veil() {
+    let light = [0.9, -0.4, 0.2];
+    let from_the_side = |t: String| t.replace(&format!("{LIGHT:?}"), &format!("{light:?}"));
+    // More than is expected of a photograph of which all is lit.
+    let outcome = run(&picture_under(light, |_, _, p| *p = p.map(|v| v + 0.03)), from_the_side);
+    let clear = run(&picture_under(light, |_, _, _| {}), from_the_side);
+    for c in ["red", "green", "blue"] {
+        let (veil, none) = (value(&outcome, &format!("veil 1 {c}")), value(&clear, &format!("veil 1 {c}")));
+        assert!((veil - 0.03).abs() < 0.006 && none < 0.001, "{c}: {veil}, {none}");
+    }
+    let off = value(&outcome, "surface.left.brdf.albedo red") / value(&clear, "surface.left.brdf.albedo red") - 1.0;
+    assert!(off.abs() < 0.02, "{off}");
 }
 
 #[test]

@@ -71,8 +71,9 @@ struct Answer {
 
 /// Fits a scene, prints what was found beside what it was, and gives that back.
 fn answers(scene: &Scene, seed: u64) -> (Outcome, Vec<Answer>) {
-    let folder = tempfile::tempdir().unwrap();
-    let (outcome, spec) = fit_scene(scene, folder.path(), seed);
+    let folder = tempfile::tempdir().unwrap().keep();
+    println!("ZZ {folder:?}");
+    let (outcome, spec) = fit_scene(scene, &folder, seed);
     let names: Vec<&str> = outcome.identified.known.iter().map(|k| &k.name[..]).collect();
     let truths = truths(names.iter().copied(), &scene.truth);
     let is_dominant = dominant(&names, &truths);
@@ -186,8 +187,9 @@ fn photographs_pull_little_away_from_the_truth() {
 }
 
 #[test]
-fn an_open_cloth_and_deep_grooves_are_found_from_colours_and_sides_that_are_far_off() {
-    for scene in scenes().iter().filter(|s| ["open", "deep grooves"].contains(&&s.name[..])) {
+fn what_is_open_deep_interreflecting_or_of_unknown_exposure_is_found_from_a_guess_that_is_far_off() {
+    let names = ["open", "light between grooves", "a close-up of unknown exposure"];
+    for scene in scenes().iter().filter(|s| names.contains(&&s.name[..])) {
         let (outcome, answers) = answers(scene, 0);
         assert!(outcome.failures.is_empty(), "{}: {:?}", scene.name, outcome.failures);
         for Answer { name, group, off, z } in answers {

@@ -47,7 +47,7 @@ pub(super) fn finish(
         clock: shared.control.clock,
     };
     let spec = prepared.spec;
-    let Searched { starts, refined, indirect } = found;
+    let Searched { starts, refined } = found;
     let variants = prepared.variants().all;
     let best = &starts[0];
     report("identify", 0.0);
@@ -55,7 +55,7 @@ pub(super) fn finish(
     let solved = Options { joint: false, ..options.clone() };
     let projected = |start: &Start| Start { point: start.point[..unknowns::variables(spec).len()].to_vec(), ..start.clone() };
     let best = &projected(best);
-    let model = model_of(prepared, &solved, &prepared.fine, POLISH_SAMPLES, best, indirect.as_ref(), &variants[best.choice], control)?;
+    let model = model_of(prepared, &solved, &prepared.fine, POLISH_SAMPLES, best, &variants[best.choice], control)?;
     let Some(evaluated) = model.evaluate(&best.point, control)? else {
         let why = "no point of the bounds makes a surface";
         return Err(biscale::BadInput::new(why, "widen the bounds, or change the start material")
@@ -66,8 +66,7 @@ pub(super) fn finish(
     let derivatives = identify::derivatives(&model, &best.point, &evaluated, control)?;
     let replicas = in_parallel(&REPLICAS, |_, &seed| {
         let other = Start { number: best.number + seed, ..best.clone() };
-        let model =
-            model_of(prepared, &solved, &prepared.fine, POLISH_SAMPLES, &other, indirect.as_ref(), &variants[best.choice], control)?;
+        let model = model_of(prepared, &solved, &prepared.fine, POLISH_SAMPLES, &other, &variants[best.choice], control)?;
         Ok(model.evaluate_with(&best.point, Some(&evaluated.linear), control)?.map(|e| identify::residuals(&e)))
     })?;
     let replicas: Vec<Vec<f64>> = replicas.into_iter().flatten().filter(|r| r.len() == derivatives.rows.len()).collect();
@@ -100,7 +99,7 @@ pub(super) fn finish(
         seen.light = turned(&photograph.light, state.lights[k], photograph.object.middle());
         let veil = veil(&model.unknowns, &evaluated.linear, k);
         let error = prepared.fine[k].relative_rms(&evaluated.predicted(k, &prepared.fine[k]));
-        let extra = indirect.as_ref().map(|i| &i.cells[k][..]);
+        let extra = best.indirect.as_ref().map(|i| &i.cells[k][..]);
         compared.push(compare(seen, (&material, &small), prepared.opaque, veil, &prepared.fine[k], extra, error, control)?);
     }
     let mut validations = Vec::new();
@@ -345,7 +344,7 @@ fn several(
     found
         .into_iter()
         .map(|start| {
-            let model = model_of(prepared, options, &prepared.fine, COARSE.samples, start, None, &variants[start.choice], control)?;
+            let model = model_of(prepared, options, &prepared.fine, COARSE.samples, start, &variants[start.choice], control)?;
             let named = model
                 .variables
                 .iter()

@@ -3,14 +3,17 @@
 use super::{COARSE, FINE, Options, POLISH_SAMPLES, Prepared, Stopwatch, recipe_of};
 use crate::cells::Cells;
 use crate::indirect::indirect;
-use crate::model::{Indirect, Model};
+use crate::model::Model;
 use crate::optimise::{Limits, Optimiser};
 use crate::search::{self, APART, Shared, Stage, Start, Task, in_parallel};
 use crate::unknowns;
 use crate::variant::{Variant, Variants};
 use biscale::error::{Error, Result};
 use biscale::filter::Control;
+use std::sync::Arc;
 
+/// How often light between threads is traced where none is known.
+const FIRST_TURNS: usize = 3;
 /// Starts that are refined.
 const REFINED: usize = 3;
 /// Objective of the coarse model from which on surfaces that the start material's colours rule out are tried as well.
@@ -29,21 +32,12 @@ pub(super) struct Searched {
     pub(super) starts: Vec<Start>,
     /// How many were.
     pub(super) refined: usize,
-    /// What was added to direct light at last.
-    pub(super) indirect: Option<Indirect>,
 }
 
 impl Search<'_> {
     /// The model of one start.
-    fn model<'m>(
-        &'m self,
-        cells: &'m [Cells],
-        samples: u32,
-        start: &Start,
-        indirect: Option<&'m Indirect>,
-        variants: &'m [Variant],
-    ) -> Result<Model<'m>> {
-        model_of(self.prepared, self.options, cells, samples, start, indirect, &variants[start.choice], self.shared.control)
+    fn model<'m>(&'m self, cells: &'m [Cells], samples: u32, start: &'m Start, variants: &'m [Variant]) -> Result<Model<'m>> {
+        model_of(self.prepared, self.options, cells, samples, start, &variants[start.choice], self.shared.control)
     }
 
     fn limits(&self, stage: Stage, dimensions: usize) -> (Limits, f64) {
@@ -58,15 +52,7 @@ impl Search<'_> {
     }
 
     /// One stage of some starts; the best first.
-    fn stage(
-        &self,
-        stage: Stage,
-        cells: &[Cells],
-        samples: u32,
-        starts: &[Start],
-        indirect: Option<&Indirect>,
-        variants: &[Variant],
-    ) -> Result<Vec<Start>> {
+    fn stage(&self, stage: Stage, cells: &[Cells], samples: u32, starts: &[Start], variants: &[Variant]) -> Result<Vec<Start>> {
         let dimensions = starts.first().map_or(0, |s| s.point.len());
         let (limits, confirm) = self.limits(stage, dimensions);
         self.shared.begin_stage(starts.len() * limits.evaluations * 2 / 3);
@@ -75,7 +61,7 @@ impl Search<'_> {
         let optimiser = if descends { Optimiser::Lm } else { optimiser };
         let task = Task { stage, optimiser, limits, confirm, seed: self.options.seed };
         let one = |start: &Start| {
-            let model = match self.model(cells, samples, start, indirect, variants) {
+            let model = match self.model(cells, samples, start, variants) {
                 // A start that was not begun is no reason to lose what the others have found.
                 Err(Error::Interrupted) => return Ok(Start { objective: f64::INFINITY, ..start.clone() }),
                 model => model?,
@@ -103,8 +89,9 @@ impl Search<'_> {
             restarts: 0,
             choice: 0,
             laid: None,
+            indirect: None,
         };
-        let own = self.model(&prepared.coarse, COARSE.samples, &blank, None, variants)?;
+        let own = self.model(&prepared.coarse, COARSE.samples, &blank, variants)?;
         // Starts are dealt out to the variants; `first` counts those that went before.
         let deal = |first: usize, count: usize, variants: std::ops::Range<usize>| -> Vec<Start> {
             let points = if nothing_moves { vec![Vec::new(); count] } else { search::starts(&own, count, options.seed) };
@@ -113,11 +100,11 @@ impl Search<'_> {
         };
         let mut starts = deal(0, count, 0..likely);
         if options.effort.coarse_first {
-            starts = self.stage(Stage::Explore, &prepared.coarse, COARSE.samples, &starts, None, variants)?;
+            starts = self.stage(Stage::Explore, &prepared.coarse, COARSE.samples, &starts, variants)?;
             let rest = likely..variants.len();
             if starts[0].objective > AT_A_LOSS && !rest.is_empty() && (!shared.must_end() || !shared.memory.is_empty()) {
                 let others = deal(count, if nothing_moves { rest.len() } else { options.starts.max(rest.len()) }, rest);
-                let others = self.stage(Stage::Explore, &prepared.coarse, COARSE.samples, &others, None, variants)?;
+                let others = self.stage(Stage::Explore, &prepared.coarse, COARSE.samples, &others, variants)?;
                 // Ties are those of nothing evaluated.
                 starts.extend(others.into_iter().filter(|s| s.objective.is_finite()));
                 starts.sort_by(|a, b| a.objective.total_cmp(&b.objective).then(a.number.cmp(&b.number)));
@@ -127,16 +114,16 @@ impl Search<'_> {
         if starts[0].evaluations == 0 && shared.must_end() {
             return Err(Error::Interrupted);
         }
-        let mut indirect = self.indirect(&starts[0], variants)?;
-        if indirect.is_some() {
+        // Of starts that ended in the same place the best one is enough.
+        let (mut chosen, rest) = choose(starts, variants, if options.effort.coarse_first { REFINED } else { usize::MAX });
+        if prepared.spec.bounces > 0 {
+            chosen = chosen.into_iter().map(|start| self.lit(start, FIRST_TURNS, variants)).collect::<Result<_>>()?;
             watch.lap("interreflections");
         }
-        // Of starts that ended in the same place the best one is enough.
-        let (chosen, rest) = choose(starts, variants, if options.effort.coarse_first { REFINED } else { usize::MAX });
-        let chosen = self.settled(chosen, FINE.samples, indirect.as_ref(), variants)?;
+        let chosen = self.settled(chosen, FINE.samples, variants)?;
         let mut refined = chosen.clone();
         if !shared.must_end() || !shared.memory.is_empty() {
-            refined = self.stage(Stage::Refine, &prepared.fine, FINE.samples, &chosen, indirect.as_ref(), variants)?;
+            refined = self.stage(Stage::Refine, &prepared.fine, FINE.samples, &chosen, variants)?;
             // A start whose refinement did not begin stands where it stood.
             refined.retain(|s| s.objective.is_finite());
             watch.lap("refine");
@@ -145,12 +132,12 @@ impl Search<'_> {
             refined = chosen;
         }
         if !shared.must_end() || !shared.memory.is_empty() {
-            if indirect.is_some() {
-                indirect = self.indirect(&refined[0], variants)?;
+            if prepared.spec.bounces > 0 {
+                refined[0] = self.lit(refined[0].clone(), 1, variants)?;
                 watch.lap("interreflections");
             }
-            let best = self.settled(vec![refined[0].clone()], POLISH_SAMPLES, indirect.as_ref(), variants)?;
-            let polished = self.stage(Stage::Polish, &prepared.fine, POLISH_SAMPLES, &best, indirect.as_ref(), variants)?;
+            let best = self.settled(vec![refined[0].clone()], POLISH_SAMPLES, variants)?;
+            let polished = self.stage(Stage::Polish, &prepared.fine, POLISH_SAMPLES, &best, variants)?;
             if polished[0].objective.is_finite() {
                 refined[0] = polished[0].clone();
             }
@@ -158,13 +145,13 @@ impl Search<'_> {
         }
         let count = refined.len();
         refined.extend(rest);
-        Ok(Searched { starts: refined, refined: count, indirect })
+        Ok(Searched { starts: refined, refined: count })
     }
 
     /// The starts with the heights that the close-up's periods are laid on each other at.
-    fn settled(&self, starts: Vec<Start>, samples: u32, indirect: Option<&Indirect>, variants: &[Variant]) -> Result<Vec<Start>> {
+    fn settled(&self, starts: Vec<Start>, samples: u32, variants: &[Variant]) -> Result<Vec<Start>> {
         let one = |start: &Start| {
-            let settled = self.model(&self.prepared.fine, samples, start, indirect, variants).and_then(|mut model| {
+            let settled = self.model(&self.prepared.fine, samples, start, variants).and_then(|mut model| {
                 model.settle_height(&start.point, self.shared.control)?;
                 Ok(model.mean_period().map(|_| [model.height(), model.doubt]))
             });
@@ -178,25 +165,25 @@ impl Search<'_> {
         in_parallel(&starts, |_, start| one(start))
     }
 
-    /// The indirect light at a start, if the fit file asks for it.
-    fn indirect(&self, start: &Start, variants: &[Variant]) -> Result<Option<Indirect>> {
+    /// A start with the light between threads that it has where it stands. That answers to the colours, and these to it: both are found by `turns`.
+    fn lit(&self, mut start: Start, turns: usize, variants: &[Variant]) -> Result<Start> {
         let prepared = self.prepared;
-        if prepared.spec.bounces == 0 {
-            return Ok(None);
+        for _ in 0..turns {
+            if self.shared.control.check().is_err() {
+                break;
+            }
+            let model = self.model(&prepared.fine, COARSE.samples, &start, variants)?;
+            let Some(evaluated) = model.evaluate(&start.point, self.shared.control)? else { break };
+            let state = model.state(&start.point);
+            let recipe = recipe_of(prepared.spec, model.variant, &state, &model.unknowns, &evaluated.linear);
+            let small = recipe.material()?.build()?;
+            let round = model.rounded_recipe(&recipe).map(|r| r.material().and_then(|m| m.build())).transpose()?;
+            let close_up = prepared.close_up.as_ref().map(|c| (c, round.as_ref().unwrap_or(&small)));
+            let settings = (prepared.spec.bounces, self.options.seed);
+            let found = indirect(&small, &prepared.fine, &state.lights, close_up, settings, self.shared.control)?;
+            start.indirect = Some(Arc::new(found));
         }
-        if self.shared.control.check().is_err() {
-            return Ok(None);
-        }
-        let model = self.model(&prepared.fine, COARSE.samples, start, None, variants)?;
-        let Some(evaluated) = model.evaluate(&start.point, self.shared.control)? else { return Ok(None) };
-        let state = model.state(&start.point);
-        let recipe = recipe_of(prepared.spec, model.variant, &state, &model.unknowns, &evaluated.linear);
-        let small = recipe.material()?.build()?;
-        let round = model.rounded_recipe(&recipe).map(|r| r.material().and_then(|m| m.build())).transpose()?;
-        let close_up = prepared.close_up.as_ref().map(|c| (c, round.as_ref().unwrap_or(&small)));
-        let found =
-            indirect(&small, &prepared.fine, &state.lights, close_up, (prepared.spec.bounces, self.options.seed), self.shared.control)?;
-        Ok(Some(found))
+        Ok(start)
     }
 }
 
@@ -224,14 +211,12 @@ pub(super) fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-#[expect(clippy::too_many_arguments, reason = "what a model is made of")]
 pub(super) fn model_of<'m>(
     prepared: &'m Prepared<'_>,
     options: &Options,
     cells: &'m [Cells],
     samples: u32,
-    start: &Start,
-    indirect: Option<&'m Indirect>,
+    start: &'m Start,
     variant: &'m Variant,
     control: &Control<'_>,
 ) -> Result<Model<'m>> {
@@ -239,6 +224,7 @@ pub(super) fn model_of<'m>(
     #[expect(clippy::cast_possible_truncation, reason = "all of the seed is used")]
     let seed = biscale::random::hash_64(options.seed ^ (start.number as u64) << 32) as u32;
     let close_up = prepared.close_up.as_ref();
+    let indirect = start.indirect.as_deref();
     let at = |values: &[f64]| Model::new(spec, cells, close_up, variant, indirect, samples, seed, values, prepared.opaque, control);
     let own: Vec<f64> = spec.parameters.iter().map(|p| p.start).collect();
     let mut model = at(&own)?;
