@@ -57,6 +57,18 @@ pub struct Known {
     pub from_close_up: bool,
     /// What it is: `parameter`, `light`, `colour`, `veil`, `exposure`.
     pub kind: &'static str,
+    /// What a standard deviation that is a share of the range is multiplied by.
+    #[serde(skip)]
+    pub scale: f64,
+}
+
+impl Known {
+    /// Takes a standard deviation, a share of the range.
+    fn set_sigma(&mut self, share: f64) {
+        self.sigma = share * self.scale;
+        self.not_identified = share > NOT_IDENTIFIED;
+        self.weak = !["light", "veil"].contains(&self.kind) && self.sigma > WEAK * self.value.abs();
+    }
 }
 
 /// Two unknowns that the photographs hardly tell apart.
@@ -83,6 +95,24 @@ pub struct Identified {
     pub chi2: f64,
     /// Residuals that the unknowns are found from: those of cells that share their model error count as one.
     pub residuals: f64,
+    /// Covariance of all unknowns in shares of their ranges, rows of the one.
+    #[serde(skip)]
+    pub covariance: Vec<f64>,
+}
+
+impl Identified {
+    /// Makes one standard deviation larger by a factor, and those of all unknowns that answer to that one.
+    pub fn widen(&mut self, unknown: usize, factor: f64) {
+        let n = self.known.len();
+        let column: Vec<f64> = (0..n).map(|i| self.covariance[i * n + unknown]).collect();
+        let more = (factor * factor - 1.0) / column[unknown];
+        for i in 0..n {
+            for j in 0..n {
+                self.covariance[i * n + j] += more * column[i] * column[j];
+            }
+            self.known[i].set_sigma(self.covariance[i * n + i].sqrt());
+        }
+    }
 }
 
 /// Derivatives of the residuals by the unknowns.
@@ -386,24 +416,26 @@ pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives:
                     (u.name.clone(), best.linear[k], bounds, range[i], kind)
                 }
             };
-            let sigma = share * width;
             let at_bound = match i.checked_sub(n) {
                 None => point[i] < AT_BOUND || point[i] > 1.0 - AT_BOUND,
                 Some(_) => held[i],
             };
-            Known {
+            let mut known = Known {
                 at_bound,
-                not_identified: share > NOT_IDENTIFIED,
-                weak: kind != "light" && kind != "veil" && sigma > WEAK * value.abs(),
+                not_identified: false,
+                weak: false,
                 sigma_without_close_up: share_without.map(|s| s * width),
                 from_close_up: share_without.is_some_and(|s| s > FROM_CLOSE_UP * share || (s > NOT_IDENTIFIED && share <= NOT_IDENTIFIED)),
                 range: bounds[1] - bounds[0],
                 name,
                 value,
-                sigma,
+                sigma: 0.0,
                 bounds,
                 kind,
-            }
+                scale: width,
+            };
+            known.set_sigma(share);
+            known
         })
         .collect::<Vec<_>>();
     let mut correlations = Vec::new();
@@ -419,12 +451,38 @@ pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives:
     let values = eigenvalues(&derivatives.gram(&range, |_| 1.0), total);
     let (low, high) = (values[0].max(0.0), values[total - 1]);
     let condition = if low > 0.0 { (high / low).sqrt() } else { f64::INFINITY };
-    Identified { known, correlations, condition, chi2, residuals: count }
+    Identified { known, correlations, condition, chi2, residuals: count, covariance: with }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_answers_to_an_unknown_that_is_known_worse_is_known_worse_itself() {
+        let known = |name: &str| Known {
+            name: name.to_owned(),
+            value: 1.0,
+            sigma: 0.0,
+            range: 1.0,
+            bounds: [0.0, 1.0],
+            at_bound: false,
+            not_identified: false,
+            weak: false,
+            sigma_without_close_up: None,
+            from_close_up: false,
+            kind: "parameter",
+            scale: 2.0,
+        };
+        // The first two go together, the third by itself.
+        let covariance = vec![4e-4, 3e-4, 0.0, 3e-4, 4e-4, 0.0, 0.0, 0.0, 1e-4];
+        let mut found = Identified { known: ["a", "b", "c"].map(known).into(), covariance, ..Identified::default() };
+        found.widen(0, 3.0);
+        let sigma: Vec<f64> = found.known.iter().map(|k| k.sigma).collect();
+        let answering = 2.0 * (4e-4_f64 + 8.0 * 9e-8 / 4e-4).sqrt();
+        assert!((sigma[0] - 0.12).abs() < 1e-12 && (sigma[1] - answering).abs() < 1e-12 && (sigma[2] - 0.02).abs() < 1e-12, "{sigma:?}");
+        assert!(found.known[0].weak && !found.known[2].weak);
+    }
 
     #[test]
     fn eigenvalues_of_a_known_matrix() {

@@ -16,15 +16,22 @@ pub struct Profile {
     pub name: String,
     /// Values and objectives.
     pub points: Vec<[f64; 2]>,
+    /// By how much farther the unknown may move for the same rise of the objective than its derivatives say, 1 to [`WIDEST`]: a valley that bends is longer than it looks.
+    pub wider: f64,
 }
+
+/// How much wider a valley counts at most: one that does not rise at all has bounds and priors to end it.
+pub const WIDEST: f64 = 3.0;
 
 /// Values of a profile, in standard deviations.
 const PROFILE: [f64; 7] = [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0];
+/// Those that tell how wide its valley is: nearer the samples tell as much, and farther nobody asks.
+const TELLING: std::ops::RangeInclusive<f64> = 1.5..=2.5;
 /// Steps towards the least objective at each of them.
 const PROFILE_STEPS: usize = 2;
 
 /// Profiles of the `count` parameters that are known worst: each is held at values around the best one, and all others answer, by steps
-/// with the derivatives at the best point. The objective of a profile is never better than it could be; it may be worse.
+/// with the derivatives at the best point. With each comes which of the unknowns it is. The objective of a profile is never better than it could be; it may be worse.
 ///
 /// # Errors
 /// Those of the model.
@@ -35,7 +42,7 @@ pub fn profiles(
     (identified, derivatives): (&Identified, &Derivatives),
     count: usize,
     control: &Control<'_>,
-) -> Result<Vec<Profile>> {
+) -> Result<Vec<(usize, Profile)>> {
     let n = point.len();
     let mut worst: Vec<usize> = (0..n).filter(|&i| matches!(model.variables[i], Variable::Parameter(_))).collect();
     let share = |i: usize| identified.known.get(i).map_or(0.0, |k| k.sigma / k.range);
@@ -73,9 +80,22 @@ pub fn profiles(
     let profile = |&i: &usize| {
         let points = tasks.iter().zip(&objectives).filter(|((k, _), f)| *k == i && f.is_finite());
         let points = points.map(|(&(_, u), &f)| [model.variables[i].at(model.spec, &model.unknowns, u), f]).collect();
-        Profile { name: model.variables[i].name(model.spec, &model.unknowns), points }
+        let sigma = share(i).clamp(0.003, 0.35);
+        let telling = |u: f64| TELLING.contains(&((u - point[i]) / sigma).abs());
+        let wider = (tasks.iter().zip(&objectives))
+            .filter(|((k, u), f)| *k == i && f.is_finite() && telling(*u))
+            .map(|(&(_, u), &f)| wider(derivatives, i, u - point[i], identified.residuals * (f - best.objective)))
+            .fold(1.0, f64::max);
+        (i, Profile { name: model.variables[i].name(model.spec, &model.unknowns), points, wider })
     };
     Ok(worst.iter().map(profile).collect())
+}
+
+/// See [`Profile::wider`]: for a step of one unknown after which the sum of squares has risen by `rise`, all others having answered.
+fn wider(derivatives: &Derivatives, held: usize, step: f64, rise: f64) -> f64 {
+    let Some(answer) = answer(derivatives, held, step, &vec![0.0; derivatives.rows.len()]) else { return 1.0 };
+    let expected: f64 = derivatives.rows.iter().map(|row| row.iter().zip(&answer).map(|(a, b)| a * b).sum::<f64>().powi(2)).sum();
+    (expected / rise.max(expected / (WIDEST * WIDEST))).sqrt().max(1.0)
 }
 
 /// The least-squares step of all unknowns but `held` that answers to a step of that one.
@@ -107,6 +127,15 @@ fn answer(derivatives: &Derivatives, held: usize, step: f64, residuals: &[f64]) 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_valley_is_as_wide_as_its_objective_says() {
+        let d = Derivatives { rows: vec![vec![10.0]], close_up: vec![false], groups: vec![0], residuals: vec![0.0], variables: 1 };
+        // The derivatives expect a rise of 4.
+        for (rise, wide) in [(4.0, 1.0), (1.0, 2.0), (9.0, 1.0), (0.0, WIDEST), (-1.0, WIDEST)] {
+            assert!((wider(&d, 0, 0.2, rise) - wide).abs() < 1e-12, "{rise}");
+        }
+    }
 
     #[test]
     fn the_answer_of_the_others_undoes_what_the_held_one_does() {

@@ -71,9 +71,8 @@ struct Answer {
 
 /// Fits a scene, prints what was found beside what it was, and gives that back.
 fn answers(scene: &Scene, seed: u64) -> (Outcome, Vec<Answer>) {
-    let folder = tempfile::tempdir().unwrap().keep();
-    println!("ZZ {folder:?}");
-    let (outcome, spec) = fit_scene(scene, &folder, seed);
+    let folder = tempfile::tempdir().unwrap();
+    let (outcome, spec) = fit_scene(scene, folder.path(), seed);
     let names: Vec<&str> = outcome.identified.known.iter().map(|k| &k.name[..]).collect();
     let truths = truths(names.iter().copied(), &scene.truth);
     let is_dominant = dominant(&names, &truths);

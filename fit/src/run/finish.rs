@@ -70,12 +70,15 @@ pub(super) fn finish(
         Ok(model.evaluate_with(&best.point, Some(&evaluated.linear), control)?.map(|e| identify::residuals(&e)))
     })?;
     let replicas: Vec<Vec<f64>> = replicas.into_iter().flatten().filter(|r| r.len() == derivatives.rows.len()).collect();
-    let identified = identify::identify(&model, &best.point, &evaluated, &derivatives, &replicas);
+    let mut identified = identify::identify(&model, &best.point, &evaluated, &derivatives, &replicas);
     watch.lap("identify");
     report("profiles", 0.3);
     let mut profiles = Vec::new();
     if early.is_none() {
-        profiles = profile::profiles(&model, &best.point, &evaluated, (&identified, &derivatives), PROFILES, control)?;
+        for (unknown, profile) in profile::profiles(&model, &best.point, &evaluated, (&identified, &derivatives), PROFILES, control)? {
+            identified.widen(unknown, profile.wider);
+            profiles.push(profile);
+        }
         watch.lap("profiles");
     }
     let state = model.state(&best.point);
