@@ -1,7 +1,7 @@
 //! What optimisers and tolerances buy, over several fits and seeds: `cargo bench --bench fit_trade [-- [--seeds=3] FIT.toml ...]`.
 //!
 //! Runs `biscale fit FIT.toml --compare-optimizers` for each file and seed, and prints a Markdown table of the medians over all of them.
-//! `samples/fit` if no file is named.
+//! `samples/fit` if no file is named; name files by absolute paths.
 
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "benchmarks print, and stop where something is wrong")]
 
@@ -24,7 +24,7 @@ fn main() {
             .output()
             .unwrap();
         let said: Value = serde_json::from_slice(&run.stdout).unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&run.stderr)));
-        runs.push(said["fit"]["compared_optimizers"].as_array().unwrap().clone());
+        runs.push(said["fit"]["compared_optimizers"].as_array().unwrap_or_else(|| panic!("{file}: {said}")).clone());
     }
     println!("{} fits, {seeds} seeds each; medians, the worst in brackets\n", files.len());
     println!("| search | winner | all | objective | training | validation |\n|---|---|---|---|---|---|");

@@ -3,9 +3,10 @@
 //! The unknowns of the search move together with the linear ones in a step; then the linear ones are solved for again, where the step ended (Kaufman
 //! 1975: variable projection without second derivatives). Derivatives are central differences over a share of the range that visibility bits do not spoil.
 
+use crate::equations::Evaluated;
 use crate::identify::{self, Derivatives};
 use crate::linear::{cholesky, cholesky_solve};
-use crate::model::{Evaluated, Model};
+use crate::model::Model;
 use crate::optimise::{Found, Limits};
 use biscale::error::Result;
 

@@ -6,8 +6,9 @@
 //! three times that, since the three channels of a pixel leave the same out. What other samples of the surface would change (`replicas`) is
 //! added to the covariance. The bounds count as knowledge as well, of a standard deviation of `range/√12`: what nothing tells has that one.
 
+use crate::equations::{Evaluated, HUBER, Origin};
 use crate::linear::{cholesky, cholesky_solve};
-use crate::model::{Evaluated, HUBER, Model, Origin};
+use crate::model::Model;
 use crate::search::in_parallel;
 use crate::unknowns::{UnknownKind, Variable};
 use biscale::error::Result;

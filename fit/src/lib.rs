@@ -18,6 +18,7 @@ pub mod capture;
 pub mod cells;
 pub mod close_up;
 pub mod descent;
+pub mod equations;
 pub mod identify;
 pub mod indirect;
 pub mod linear;

@@ -3,8 +3,9 @@
 
 use crate::align::{self, Windows};
 use crate::close_up::{CloseUp, Kind};
+use crate::equations::{Origin, Row, huber};
 use crate::mean_period::MeanPeriod;
-use crate::model::{Model, Origin, Row, Sorting, State, huber, write};
+use crate::model::{Model, Sorting, State, write};
 use crate::near_paths;
 use crate::recipe::Recipe;
 use crate::tile_view::{Part, TileView};

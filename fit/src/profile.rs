@@ -1,8 +1,9 @@
 //! Profiles: how the objective rises when one unknown is held beside its best value, and all others answer.
 
+use crate::equations::Evaluated;
 use crate::identify::{Derivatives, Identified, residuals};
 use crate::linear::{cholesky, cholesky_solve};
-use crate::model::{Evaluated, Model};
+use crate::model::Model;
 use crate::search::in_parallel;
 use crate::unknowns::Variable;
 use biscale::error::Result;

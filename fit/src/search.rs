@@ -5,7 +5,8 @@
 //! earlier one makes the same steps up to where that one ended.
 
 use crate::descent::{self, Evaluate};
-use crate::model::{Evaluated, Indirect, Model};
+use crate::equations::Evaluated;
+use crate::model::{Indirect, Model};
 use crate::optimise::{self, Found, Limits, Optimiser};
 use crate::unknowns::Variable;
 use biscale::error::{Error, Result};
