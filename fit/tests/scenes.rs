@@ -78,8 +78,9 @@ fn answers(scene: &Scene, seed: u64) -> (Outcome, Vec<Answer>) {
     let is_dominant = dominant(&names, &truths);
     let (validation, _) = &outcome.validations[0];
     let seconds: f64 = outcome.seconds.iter().map(|s| s.1).sum();
+    let evaluations: usize = outcome.starts.iter().map(|s| s.evaluations).sum();
     println!(
-        "{}: objective {:.3}, chi2 {:.2}, training {:.4}, validation {:.4} {:?}, {seconds:.1} s",
+        "{}: objective {:.3}, chi2 {:.2}, training {:.4}, validation {:.4} {:?}, {seconds:.1} s, {evaluations} evaluations",
         scene.name, outcome.objective, outcome.identified.chi2, outcome.training, validation.relative_rms, validation.verdict
     );
     let known = &outcome.identified.known;
@@ -122,7 +123,7 @@ fn answers(scene: &Scene, seed: u64) -> (Outcome, Vec<Answer>) {
     (outcome, found)
 }
 
-/// All scenes, with the seed `SEED`; `SET` and `SCENE` choose others, `ROWS` shows which rows of the objective pull away from the truth.
+/// All scenes, with the seed `SEED`; `SET` and `SCENE` choose others, `OPTIMIZER` another search, `ROWS` shows which rows of the objective pull away from the truth.
 #[test]
 #[ignore = "a look at all scenes takes minutes"]
 fn the_truth_of_all_scenes_lies_where_standard_deviations_say() {

@@ -3,6 +3,7 @@
 use super::question::{GROOVES_MOVE, WEAVE_MOVES, grooves, run, weave};
 use super::{Faults, LIGHTS, PERFECT, REAL, material, set_under};
 use biscale::random::Random;
+use biscale_fit::optimise::Optimiser;
 use biscale_fit::run::{Options, Outcome};
 use biscale_fit::spec::Spec;
 use std::path::Path;
@@ -238,6 +239,8 @@ pub fn written(scene: &Scene, folder: &Path, tables: &str) -> Spec {
 /// Photographs a scene and fits it.
 pub fn fit_scene(scene: &Scene, folder: &Path, seed: u64) -> (Outcome, Spec) {
     let tables = photographed(scene, folder);
-    let outcome = run(folder, &tables, &scene.start, scene.moves, &Options { seed, ..Options::default() });
+    let name = std::env::var("OPTIMIZER");
+    let optimiser = Optimiser::ALL.into_iter().find(|o| name.as_deref() == Ok(o.name())).unwrap_or_default();
+    let outcome = run(folder, &tables, &scene.start, scene.moves, &Options { seed, optimiser, ..Options::default() });
     (outcome, Spec::load(&folder.join("fit.toml")).unwrap())
 }
