@@ -8,6 +8,7 @@ pub const HUBER: f64 = 2.5;
 /// Most rounds of reweighting, and the change of the objective that ends them.
 const ROUNDS: usize = 12;
 const SETTLED: f64 = 1e-7;
+
 /// One equation, linear in the unknowns.
 #[derive(Clone, Debug, Default)]
 pub struct Row {

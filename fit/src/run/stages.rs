@@ -3,7 +3,7 @@
 use super::{COARSE, FINE, Options, POLISH_SAMPLES, Prepared, Stopwatch, recipe_of};
 use crate::cells::Cells;
 use crate::indirect::indirect;
-use crate::model::Model;
+use crate::model::{Indirect, Model};
 use crate::optimise::{Limits, Optimiser};
 use crate::search::{self, APART, Shared, Stage, Start, Task, in_parallel};
 use crate::unknowns;
@@ -167,23 +167,28 @@ impl Search<'_> {
 
     /// A start with the light between threads that it has where it stands. That answers to the colours, and these to it: both are found by `turns`.
     fn lit(&self, mut start: Start, turns: usize, variants: &[Variant]) -> Result<Start> {
-        let prepared = self.prepared;
         for _ in 0..turns {
-            if self.shared.control.check().is_err() {
-                break;
+            match self.indirect(&start, variants) {
+                Ok(Some(found)) => start.indirect = Some(Arc::new(found)),
+                // Whoever stops the search wants what it has found.
+                Ok(None) | Err(Error::Interrupted) => break,
+                Err(error) => return Err(error),
             }
-            let model = self.model(&prepared.fine, COARSE.samples, &start, variants)?;
-            let Some(evaluated) = model.evaluate(&start.point, self.shared.control)? else { break };
-            let state = model.state(&start.point);
-            let recipe = recipe_of(prepared.spec, model.variant, &state, &model.unknowns, &evaluated.linear);
-            let small = recipe.material()?.build()?;
-            let round = model.rounded_recipe(&recipe).map(|r| r.material().and_then(|m| m.build())).transpose()?;
-            let close_up = prepared.close_up.as_ref().map(|c| (c, round.as_ref().unwrap_or(&small)));
-            let settings = (prepared.spec.bounces, self.options.seed);
-            let found = indirect(&small, &prepared.fine, &state.lights, close_up, settings, self.shared.control)?;
-            start.indirect = Some(Arc::new(found));
         }
         Ok(start)
+    }
+
+    /// The light between threads at a start, with the colours that go with what is known of it; `None` where its numbers make no surface.
+    fn indirect(&self, start: &Start, variants: &[Variant]) -> Result<Option<Indirect>> {
+        let (prepared, control) = (self.prepared, self.shared.control);
+        let model = self.model(&prepared.fine, COARSE.samples, start, variants)?;
+        let Some(evaluated) = model.evaluate(&start.point, control)? else { return Ok(None) };
+        let state = model.state(&start.point);
+        let recipe = recipe_of(prepared.spec, model.variant, &state, &model.unknowns, &evaluated.linear);
+        let small = recipe.material()?.build()?;
+        let round = model.rounded_recipe(&recipe).map(|r| r.material().and_then(|m| m.build())).transpose()?;
+        let close_up = prepared.close_up.as_ref().map(|c| (c, round.as_ref().unwrap_or(&small)));
+        indirect(&small, &prepared.fine, &state.lights, close_up, (prepared.spec.bounces, self.options.seed), control).map(Some)
     }
 }
 
