@@ -102,18 +102,18 @@ impl Model<'_> {
 
     /// Finds the height at which the periods of the close-up were laid on top of each other: the one at which the model's mean period is most like that of the photograph.
     /// It is a matter of the photograph, and the same for all states of the material; but none tells it before the material is nearly known. What the material explains worse than
-    /// its noise counts less by as much from then on.
+    /// its noise counts less by as much from then on. Returns how often the objective was evaluated.
     ///
     /// # Errors
     /// Those of the model.
-    pub fn settle_height(&mut self, point: &[f64], control: &Control<'_>) -> Result<()> {
+    pub fn settle_height(&mut self, point: &[f64], control: &Control<'_>) -> Result<usize> {
         if self.mean_period().is_none() {
-            return Ok(());
+            return Ok(0);
         }
         let state = self.state(point);
-        let Ok(small) = self.material(&state).and_then(|m| m.build()) else { return Ok(()) };
+        let Ok(small) = self.material(&state).and_then(|m| m.build()) else { return Ok(0) };
         let Some([low, high]) = self.near_view(self.rounded(&state).as_ref().unwrap_or(&small), control)?.and_then(|v| v.heights()) else {
-            return Ok(());
+            return Ok(0);
         };
         let mut step = (high - low) / HEIGHTS as f64;
         let mut tried: Vec<(f64, f64)> = Vec::new();
@@ -134,7 +134,7 @@ impl Model<'_> {
             let (sum, count) = near().fold((0.0, 0.0), |(s, n), row| (s + row.weight * huber(found.residual(row)), n + row.weight));
             self.doubt = (sum / f64::max(count, f64::MIN_POSITIVE)).max(1.0).sqrt();
         }
-        Ok(())
+        Ok(tried.len() + 1)
     }
 
     /// Light, tones and cover of the kinds of the close-up.

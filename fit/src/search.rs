@@ -153,7 +153,7 @@ pub struct Start {
     pub point: Vec<f64>,
     /// The objective there.
     pub objective: f64,
-    /// Evaluations of all stages.
+    /// Evaluations of all stages, those between them included that find at what height the periods of the close-up were laid.
     pub evaluations: usize,
     /// Whether the last search of it ended because its points came together.
     pub converged: bool,

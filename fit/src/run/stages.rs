@@ -152,11 +152,11 @@ impl Search<'_> {
     fn settled(&self, starts: Vec<Start>, samples: u32, variants: &[Variant]) -> Result<Vec<Start>> {
         let one = |start: &Start| {
             let settled = self.model(&self.prepared.fine, samples, start, variants).and_then(|mut model| {
-                model.settle_height(&start.point, self.shared.control)?;
-                Ok(model.mean_period().map(|_| [model.height(), model.doubt]))
+                let evaluations = start.evaluations + model.settle_height(&start.point, self.shared.control)?;
+                Ok((model.mean_period().map(|_| [model.height(), model.doubt]), evaluations))
             });
             match settled {
-                Ok(laid) => Ok(Start { laid, ..start.clone() }),
+                Ok((laid, evaluations)) => Ok(Start { laid, evaluations, ..start.clone() }),
                 // Whoever stops the search wants what it has found.
                 Err(Error::Interrupted) => Ok(start.clone()),
                 Err(error) => Err(error),
