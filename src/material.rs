@@ -6,10 +6,17 @@ use crate::brdf::Brdf;
 use crate::error::{BadInput, Result};
 use crate::geometry::{Geometry, Tile};
 use crate::image_file;
-use crate::toml_reader::{Source, TableReader, range, suggest};
+use crate::toml_reader::{Range, Source, TableReader, range, suggest};
 use glam::DVec2;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+mod values;
+
+pub use values::{MaterialValues, NumberPlace};
+
+/// Bounds of a colour weight.
+const TINT: Range = range(0.0, 1.0);
 
 /// Length units of a material file, with their size in millimetres.
 pub const UNITS: [(&str, f64); 5] = [("nm", 1e-6), ("um", 1e-3), ("mm", 1.0), ("cm", 10.0), ("m", 1e3)];
@@ -103,21 +110,7 @@ impl Material {
 
     /// Checks the text of a material file; paths in it are relative to `source.path`.
     pub fn parse(source: &Source) -> Result<Self> {
-        let root = source.parse()?;
-        let top = TableReader::new(source, "", root.get_ref(), 0);
-        let name = top.head()?;
-        let (unit, unit_mm) = UNITS[top.choice("unit", &UNITS.map(|(unit, _)| unit))?.unwrap_or(2)];
-        let Some(table) = top.table("geometry")? else {
-            return Err(top.error("there is no [geometry] table", "add one with `kind = ...`; `biscale new` writes an example"));
-        };
-        let geometry = Geometry::read(table, unit_mm)?;
-        let tables = top.tables("surface")?;
-        if tables.is_empty() {
-            return Err(top.error("there is no [[surface]] table", "add one with `part = \"*\"` and a `brdf`"));
-        }
-        let surfaces = tables.into_iter().map(Surface::read).collect::<Result<Vec<_>>>()?;
-        top.finish()?;
-        Ok(Self { file: source.path.clone(), name, unit, geometry, surfaces })
+        MaterialValues::parse(source)?.material()
     }
 
     /// Builds the geometry and assigns a surface to each of its parts.
@@ -172,6 +165,30 @@ impl Material {
     }
 }
 
+impl MaterialValues {
+    /// Checks the text of a material file, each value by itself; paths in it are relative to `source.path`.
+    ///
+    /// # Errors
+    /// Bad input, by line and field; those of the files that surfaces name.
+    pub fn parse(source: &Source) -> Result<Self> {
+        let root = source.parse()?;
+        let top = TableReader::new(source, "", root.get_ref(), 0);
+        let name = top.head()?;
+        let unit = UNITS[top.choice("unit", &UNITS.map(|(unit, _)| unit))?.unwrap_or(2)];
+        let Some(table) = top.table("geometry")? else {
+            return Err(top.error("there is no [geometry] table", "add one with `kind = ...`; `biscale new` writes an example"));
+        };
+        let geometry = Geometry::values(table)?;
+        let tables = top.tables("surface")?;
+        if tables.is_empty() {
+            return Err(top.error("there is no [[surface]] table", "add one with `part = \"*\"` and a `brdf`"));
+        }
+        let surfaces = tables.into_iter().map(Surface::read).collect::<Result<Vec<_>>>()?;
+        top.finish()?;
+        Ok(Self { file: source.path.clone(), name, unit, geometry, surfaces })
+    }
+}
+
 impl Surface {
     fn read(table: TableReader<'_>) -> Result<Self> {
         let part = table.str("part")?.ok_or_else(|| table.missing("part", "\"*\""))?.to_owned();
@@ -179,7 +196,7 @@ impl Surface {
         let brdf = Brdf::read(brdf)?;
         let tint = match table.text("tint").and_then(|_| table.path("tint").transpose()) {
             Some(path) => Tint::Image(Arc::new(image_file::read_tint(&path?)?)),
-            None => Tint::Uniform(table.colour("tint", range(0.0, 1.0))?.unwrap_or([1.0; 3])),
+            None => Tint::Uniform(table.colour("tint", TINT)?.unwrap_or([1.0; 3])),
         };
         let line = table.line();
         table.finish()?;

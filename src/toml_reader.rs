@@ -63,6 +63,20 @@ pub struct Range {
     pub max: f64,
 }
 
+impl Range {
+    /// Whether all of these lie within the bounds.
+    ///
+    /// # Errors
+    /// The first one that does not, or is not a number.
+    pub fn check(self, values: &[f64]) -> Result<(), BadInput> {
+        let Self { min, max } = self;
+        match values.iter().find(|&&v| !(v >= min && v <= max)) {
+            None => Ok(()),
+            Some(value) => Err(BadInput::new(format!("{value} is out of range"), format!("write a number from {min} to {max}"))),
+        }
+    }
+}
+
 /// Shorthand for [`Range`].
 pub const fn range(min: f64, max: f64) -> Range {
     Range { min, max }
@@ -95,6 +109,16 @@ impl<'a> TableReader<'a> {
     /// The file that is being read.
     pub fn source(&self) -> &'a Source {
         self.source
+    }
+
+    /// Name of the table for messages; empty for the file's own top level.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Line of a key, from 1; of the table if the key is not there.
+    pub fn line_of(&self, key: &str) -> usize {
+        self.source.line(self.table.get(key).map_or(self.offset, |v| v.span().start))
     }
 
     fn field(&self, key: &str) -> String {

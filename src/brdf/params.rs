@@ -5,8 +5,8 @@
 
 use super::microfacet::Distribution;
 use super::{ALPHA, Brdf, Colour, EXPONENT, Measured};
-use crate::error::Result;
-use crate::toml_reader::{Range, TableReader, range};
+use crate::error::{BadInput, Result};
+use crate::toml_reader::{Range, TableReader, range, suggest};
 use std::fmt::Write as _;
 
 /// Albedo, diffuse, specular and f0 are reflectances.
@@ -228,6 +228,59 @@ impl Brdf {
         };
         table.finish()?;
         Ok(brdf)
+    }
+
+    /// The model that it is one of.
+    pub fn model(&self) -> &'static Model {
+        let name = match self {
+            Self::Lambert { .. } => "lambert",
+            Self::BlinnPhong { .. } => "blinn-phong",
+            Self::CookTorrance { .. } => "cook-torrance",
+            Self::Ward { .. } => "ward",
+            Self::Measured(_) => "measured",
+        };
+        MODELS.iter().find(|m| m.name == name).expect("every model is in the table")
+    }
+
+    /// The key by which a number or a colour of this model is set ([`Self::set_colour`]).
+    ///
+    /// # Errors
+    /// A key that the model lacks, or that is neither.
+    pub fn number_key(&self, key: &str) -> Result<&'static str, BadInput> {
+        let params = self.model().params;
+        let Some(param) = params.iter().find(|p| p.key == key) else {
+            let keys: Vec<&str> = params.iter().map(|p| p.key).collect();
+            return Err(BadInput::new(format!("unknown key `{key}`"), suggest(key, &keys)));
+        };
+        match param.value {
+            Value::Colour(..) | Value::Number(..) => Ok(param.key),
+            Value::Choice(_) | Value::File | Value::Fit => Err(BadInput::new(format!("`{key}` is no number"), "name a key that is one")),
+        }
+    }
+
+    /// Sets a colour, or a number from the first channel. A colour that is one number is `[number; 3]`.
+    ///
+    /// # Errors
+    /// A value out of range.
+    pub fn set_colour(&mut self, key: &'static str, value: Colour) -> Result<(), BadInput> {
+        let param = self.model().params.iter().find(|p| p.key == key).unwrap_or_else(|| unreachable!("no key `{key}`"));
+        let (Value::Colour(_, range) | Value::Number(_, range)) = param.value else { unreachable!("`{key}` is no number") };
+        range.check(&value)?;
+        match (self, key) {
+            (Self::Lambert { albedo }, "albedo") => *albedo = value,
+            (Self::BlinnPhong { diffuse, .. } | Self::CookTorrance { diffuse, .. } | Self::Ward { diffuse, .. }, "diffuse") => {
+                *diffuse = value;
+            }
+            (Self::BlinnPhong { specular, .. } | Self::CookTorrance { specular, .. } | Self::Ward { specular, .. }, "specular") => {
+                *specular = value;
+            }
+            (Self::BlinnPhong { exponent, .. }, "exponent") => *exponent = value[0],
+            (Self::CookTorrance { alpha, .. } | Self::Ward { alpha, .. }, "alpha") => *alpha = value[0],
+            (Self::CookTorrance { f0, .. }, "f0") => *f0 = Some(value),
+            (Self::Measured(measured), "scale") => *measured = Measured::clone(measured).with_scale(value[0]).into(),
+            (_, other) => unreachable!("no number has the key `{other}`"),
+        }
+        Ok(())
     }
 }
 

@@ -6,7 +6,8 @@
 
 use super::Tile;
 use super::builder::TileBuilder;
-use super::params::{Param, Unit, Values, choice, derived, number, scaled};
+use super::params::{Param, Unit, choice, derived, number, scaled};
+use super::values::GeometryValues;
 use crate::error::Result;
 use crate::toml_reader::range;
 use glam::{DVec2, DVec3};
@@ -59,10 +60,10 @@ pub enum Profile {
 }
 
 impl Grooves {
-    pub(super) fn read(values: &Values<'_, '_>) -> Result<Self> {
-        let period = values.number("period")?;
-        let depth = values.number("depth")?;
-        let profile = values.choice("profile")?;
+    pub(super) fn read(values: &GeometryValues) -> Result<Self> {
+        let period = values.number("period");
+        let depth = values.number("depth");
+        let profile = values.choice("profile");
         let only = |key: &'static str, wanted: &str| {
             let remedy = format!("remove it, or write `profile = \"{wanted}\"`");
             if values.has(key) && profile != Some(wanted) {
@@ -77,7 +78,7 @@ impl Grooves {
         let profile = match profile {
             Some("v") => Profile::V,
             Some("sawtooth") => {
-                let angle = values.optional("steep_angle_deg")?.unwrap_or(90.0);
+                let angle = values.optional("steep_angle_deg").unwrap_or(90.0);
                 // tan(90 degrees) is 1.6e16 in binary: a step is a step.
                 let steep_width = if angle == 90.0 { 0.0 } else { depth / libm::tan(angle.to_radians()) };
                 if steep_width > 0.5 * period {
@@ -88,7 +89,7 @@ impl Grooves {
                 Profile::Sawtooth { steep_width }
             }
             _ => {
-                let (floor_width, top_width) = (values.number("floor_width")?, values.number("top_width")?);
+                let (floor_width, top_width) = (values.number("floor_width"), values.number("top_width"));
                 // Defaults that add up to the period exactly must not fail by rounding.
                 if floor_width + top_width > period * (1.0 + 4.0 * f64::EPSILON) {
                     let key = if values.has("floor_width") { "floor_width" } else { "top_width" };

@@ -14,15 +14,17 @@ pub mod rods;
 mod template;
 #[cfg(test)]
 mod tests;
+mod values;
 pub mod weave;
 
 pub use builder::MAX_TRIANGLES;
 pub use template::template;
+pub use values::GeometryValues;
 
 use crate::error::Result;
 use crate::toml_reader::TableReader;
 use glam::{DVec2, DVec3};
-use params::{Param, Values};
+use params::Param;
 
 /// One period of a small-scale surface.
 #[derive(Clone, Debug, PartialEq)]
@@ -117,20 +119,42 @@ pub fn describe(kind: &str) -> Option<Description> {
 impl Geometry {
     /// Reads the `[geometry]` table of a file whose lengths are `unit_mm` millimetres long.
     pub fn read(table: TableReader<'_>, unit_mm: f64) -> Result<Self> {
-        let kind = table.choice("kind", &KINDS)?.ok_or_else(|| table.missing("kind", "\"grooves\""))?;
-        let kind = KINDS[kind];
-        let values = Values::new(&table, describe(kind).expect("every kind is described").params);
-        let geometry = match kind {
-            "grooves" => Self::Grooves(grooves::Grooves::read(&values)?),
-            "pyramids" => Self::Pyramids(pyramids::Pyramids::read(&values)?),
-            "rods" => Self::Rods(rods::Rods::read(&values)?),
-            "weave" => Self::Weave(weave::Weave::read(&values, unit_mm)?),
-            "height-field" => Self::HeightField(height_field::HeightField::read(&values, unit_mm)?),
-            "mesh" => Self::Mesh(mesh::Mesh::read(&values)?),
-            _ => unreachable!("choice returns a place in KINDS"),
-        };
-        table.finish()?;
-        Ok(geometry)
+        Self::of(&Self::values(table)?, unit_mm)
+    }
+
+    /// The values of a `[geometry]` table, each checked by itself.
+    pub fn values(table: TableReader<'_>) -> Result<GeometryValues> {
+        let kind = KINDS[table.choice("kind", &KINDS)?.ok_or_else(|| table.missing("kind", "\"grooves\""))?];
+        GeometryValues::read(table, kind, describe(kind).expect("every kind is described").params)
+    }
+
+    /// The recipe of a kind from its values: defaults are filled in, and values are compared with each other. Lengths are `unit_mm`
+    /// millimetres long.
+    ///
+    /// # Errors
+    /// Bad input for values that contradict each other, and of files that the recipe names.
+    pub fn of(values: &GeometryValues, unit_mm: f64) -> Result<Self> {
+        Ok(match values.kind {
+            "grooves" => Self::Grooves(grooves::Grooves::read(values)?),
+            "pyramids" => Self::Pyramids(pyramids::Pyramids::read(values)),
+            "rods" => Self::Rods(rods::Rods::read(values)?),
+            "weave" => Self::Weave(weave::Weave::read(values, unit_mm)?),
+            "height-field" => Self::HeightField(height_field::HeightField::read(values, unit_mm)?),
+            "mesh" => Self::Mesh(mesh::Mesh::read(values)?),
+            other => unreachable!("KINDS holds no \"{other}\""),
+        })
+    }
+
+    /// The kind, one of [`KINDS`].
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Grooves(_) => "grooves",
+            Self::Pyramids(_) => "pyramids",
+            Self::Rods(_) => "rods",
+            Self::Weave(_) => "weave",
+            Self::HeightField(_) => "height-field",
+            Self::Mesh(_) => "mesh",
+        }
     }
 
     /// Builds one period.

@@ -1,12 +1,10 @@
 //! The parameters of the kinds, declared once.
 //!
-//! A kind's table of [`Param`]s is at once how its `[geometry]` table is read ([`Values`]), what `biscale new` writes
+//! A kind's table of [`Param`]s is at once how its `[geometry]` table is read ([`super::GeometryValues`]), what `biscale new` writes
 //! ([`mod@super::template`]), and what `docs/geometry.md` says ([`markdown`]; a test compares). It does not describe BRDFs.
 
-use crate::error::{Error, Result};
-use crate::toml_reader::{Range, TableReader};
+use crate::toml_reader::Range;
 use std::fmt::Write as _;
-use std::path::PathBuf;
 
 /// One key of a `[geometry]` table.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,7 +93,7 @@ pub enum Fallback {
     Fixed(f64),
     /// Another number of the same table times a factor.
     Scaled(&'static str, f64),
-    /// Follows from other values, or belongs to some choices only; [`Values::optional`] reads it.
+    /// Follows from other values, or belongs to some choices only; [`super::GeometryValues::optional`] gives it.
     Derived {
         /// In words.
         how: &'static str,
@@ -104,97 +102,6 @@ pub enum Fallback {
         /// Whether it stands in a template as a key and not as a comment.
         shown: bool,
     },
-}
-
-/// The values of one `[geometry]` table, read by its kind's parameters.
-///
-/// Asking for a key that the parameters do not declare, or by the wrong type, is a mistake in this crate and panics; the tests
-/// that build every template run through all of them.
-#[derive(Clone, Copy, Debug)]
-pub struct Values<'t, 'a> {
-    table: &'t TableReader<'a>,
-    params: &'static [Param],
-}
-
-impl<'t, 'a> Values<'t, 'a> {
-    /// Reads `table` by `params`.
-    pub fn new(table: &'t TableReader<'a>, params: &'static [Param]) -> Self {
-        Self { table, params }
-    }
-
-    fn param(&self, key: &str) -> &'static Param {
-        self.params.iter().find(|p| p.key == key).unwrap_or_else(|| unreachable!("`{key}` is not declared"))
-    }
-
-    /// A number, or its default.
-    pub fn number(&self, key: &'static str) -> Result<f64> {
-        let Value::Number { default, range, .. } = self.param(key).value else { unreachable!("`{key}` is not a number") };
-        match (self.table.f64(key, range)?, default) {
-            (Some(value), _) | (None, Fallback::Fixed(value)) => Ok(value),
-            (None, Fallback::Scaled(by, factor)) => Ok(self.number(by)? * factor),
-            (None, Fallback::Derived { .. }) => unreachable!("`{key}` has no default of its own"),
-        }
-    }
-
-    /// A number whose default follows from other values: `None` if the key is not there.
-    pub fn optional(&self, key: &'static str) -> Result<Option<f64>> {
-        let Value::Number { range, .. } = self.param(key).value else { unreachable!("`{key}` is not a number") };
-        self.table.f64(key, range)
-    }
-
-    /// Two numbers, or their default.
-    pub fn pair(&self, key: &'static str) -> Result<Option<[f64; 2]>> {
-        let Value::Pair { default, range, .. } = self.param(key).value else { unreachable!("`{key}` is not a pair") };
-        Ok(self.table.array::<2>(key, range)?.or(default))
-    }
-
-    /// A whole number, or its default, if it has one.
-    pub fn whole(&self, key: &'static str) -> Result<Option<u32>> {
-        let Value::Whole { default, min, max } = self.param(key).value else { unreachable!("`{key}` is not whole") };
-        Ok(self.table.integer(key, min, max)?.or(default))
-    }
-
-    /// One of the words, or the default, if there is one.
-    pub fn choice(&self, key: &'static str) -> Result<Option<&'static str>> {
-        let Value::Choice { default, words } = self.param(key).value else { unreachable!("`{key}` is not a choice") };
-        Ok(self.table.choice(key, words)?.map(|place| words[place]).or(default))
-    }
-
-    /// True or false, or the default.
-    pub fn flag(&self, key: &'static str) -> Result<bool> {
-        let Value::Flag { default } = self.param(key).value else { unreachable!("`{key}` is not a flag") };
-        Ok(self.table.bool(key)?.unwrap_or(default))
-    }
-
-    /// A path, if it is there; an error if it must be.
-    pub fn path(&self, key: &'static str) -> Result<Option<PathBuf>> {
-        let Value::File { example, required } = self.param(key).value else { unreachable!("`{key}` is not a file") };
-        match self.table.path(key)? {
-            None if required => Err(self.table.missing(key, &format!("\"{example}\""))),
-            path => Ok(path),
-        }
-    }
-
-    /// Texts, if they are there.
-    pub fn texts(&self, key: &'static str) -> Result<Option<Vec<&'a str>>> {
-        let Value::Texts { .. } = self.param(key).value else { unreachable!("`{key}` is not a list of texts") };
-        self.table.strings(key)
-    }
-
-    /// Whether the file has this key.
-    pub fn has(&self, key: &'static str) -> bool {
-        self.table.has(self.param(key).key)
-    }
-
-    /// A mistake at `key`.
-    pub fn error_at(&self, key: &str, problem: impl Into<String>, remedy: impl Into<String>) -> Error {
-        self.table.error_at(key, problem, remedy)
-    }
-
-    /// A key that is required here is missing.
-    pub fn missing(&self, key: &str, wanted: &str) -> Error {
-        self.table.missing(key, wanted)
-    }
 }
 
 /// A number as TOML and people write it: `1.0`, `0.25`, `1e-6`, `1e9`; to twelve digits, which leaves out what products of decimals round.

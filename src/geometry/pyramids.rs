@@ -6,7 +6,8 @@
 
 use super::Tile;
 use super::builder::TileBuilder;
-use super::params::{Param, Unit, Value, Values, number, scaled, whole};
+use super::params::{Param, Unit, Value, number, scaled, whole};
+use super::values::GeometryValues;
 use crate::error::Result;
 use crate::toml_reader::range;
 use glam::{DVec2, DVec3};
@@ -83,12 +84,12 @@ fn base_polygon(sides: u32) -> Base {
 }
 
 impl Pyramids {
-    pub(super) fn read(values: &Values<'_, '_>) -> Result<Self> {
-        let sides = values.whole("sides")?.expect("sides has a default");
-        let period = values.number("period")?;
-        let period = DVec2::new(period, period * base_polygon(sides).aspect / values.number("ratio")?);
-        let tip = values.pair("tip")?.expect("tip has a default").into();
-        Ok(Self { sides, period, height: values.number("height")?, tip, gap: values.number("gap")? })
+    pub(super) fn read(values: &GeometryValues) -> Self {
+        let sides = values.whole("sides").expect("sides has a default");
+        let period = values.number("period");
+        let period = DVec2::new(period, period * base_polygon(sides).aspect / values.number("ratio"));
+        let tip = values.pair("tip").expect("tip has a default").into();
+        Self { sides, period, height: values.number("height"), tip, gap: values.number("gap") }
     }
 
     /// The base in the unit square, with the gap around it.

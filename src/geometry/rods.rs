@@ -5,7 +5,8 @@
 
 use super::Tile;
 use super::builder::TileBuilder;
-use super::params::{Param, Unit, Values, number, scaled, whole};
+use super::params::{Param, Unit, number, scaled, whole};
+use super::values::GeometryValues;
 use crate::error::Result;
 use crate::random::Random;
 use crate::toml_reader::range;
@@ -61,26 +62,26 @@ pub struct Rods {
 }
 
 impl Rods {
-    pub(super) fn read(values: &Values<'_, '_>) -> Result<Self> {
-        let whole = |key| values.whole(key).map(|v| v.expect("has a default"));
-        let (lean, spread) = (values.number("lean_deg")?, values.number("spread_deg")?);
+    pub(super) fn read(values: &GeometryValues) -> Result<Self> {
+        let whole = |key| values.whole(key).expect("has a default");
+        let (lean, spread) = (values.number("lean_deg"), values.number("spread_deg"));
         if lean + spread > 85.0 {
             let key = if values.has("spread_deg") { "spread_deg" } else { "lean_deg" };
             let problem = format!("lean_deg {lean} and spread_deg {spread} lay rods down to {} degrees", lean + spread);
             return Err(values.error_at(key, problem, "their sum may be 85 at most"));
         }
         Ok(Self {
-            period: values.number("period")?,
-            count: whole("count")?,
-            radius: values.number("radius")?,
-            length: values.number("length")?,
-            length_spread: values.number("length_spread")?,
+            period: values.number("period"),
+            count: whole("count"),
+            radius: values.number("radius"),
+            length: values.number("length"),
+            length_spread: values.number("length_spread"),
             lean: lean.to_radians(),
-            lean_azimuth: values.number("lean_azimuth_deg")?.to_radians(),
+            lean_azimuth: values.number("lean_azimuth_deg").to_radians(),
             spread: spread.to_radians(),
-            randomness: values.number("randomness")?,
-            seed: whole("seed")?,
-            segments: whole("segments")?,
+            randomness: values.number("randomness"),
+            seed: whole("seed"),
+            segments: whole("segments"),
         })
     }
 

@@ -22,6 +22,7 @@ use half_angle::Halfway;
 use network::{Network, Plain};
 use real::{Real, dot};
 use std::path::Path;
+use std::sync::Arc;
 
 /// Smallest cosine between a facet's normal and the light by which a stored `fr cos` is divided, so that `fr` stays finite.
 pub const MIN_FACET_COSINE: f64 = 1e-6;
@@ -35,7 +36,7 @@ pub struct Measured {
     pub description: String,
     /// Factor of the table.
     pub scale: f64,
-    table: Table,
+    table: Arc<Table>,
     /// Roughness of the lobe that importance sampling uses.
     lobe_alpha: f64,
 }
@@ -68,7 +69,7 @@ impl pulp::WithSimd for Lookup<'_> {
         let Self { measured, normals, i, o } = self;
         let normal = |l: usize| [normals[0][l], normals[1][l], normals[2][l]];
         let mut values = [[0.0; LANES]; 3];
-        match &measured.table {
+        match &*measured.table {
             Table::Fit(network) => values = network.eval_lanes(simd, normals, i, o),
             Table::Merl(table) => {
                 let pair = Halfway::new(i, o);
@@ -134,19 +135,25 @@ impl Measured {
     }
 
     fn new(label: String, description: String, scale: f64, table: Table) -> Self {
-        let mut measured = Self { label, description, scale, table, lobe_alpha: 1.0 };
-        measured.lobe_alpha = measured.estimate_lobe();
-        measured
+        Self { label, description, scale, table: Arc::new(table), lobe_alpha: 1.0 }.with_scale(scale)
+    }
+
+    /// The same table with another factor.
+    #[must_use]
+    pub fn with_scale(mut self, scale: f64) -> Self {
+        self.scale = scale;
+        self.lobe_alpha = self.estimate_lobe();
+        self
     }
 
     /// Whether this is a neural fit and not a measurement.
     pub fn is_fit(&self) -> bool {
-        matches!(self.table, Table::Fit(_))
+        matches!(*self.table, Table::Fit(_))
     }
 
     /// Whether the data are looked up by half and difference angles in which a pair and its reverse are one.
     pub fn is_reciprocal(&self) -> bool {
-        !matches!(self.table, Table::Rgl(_))
+        !matches!(*self.table, Table::Rgl(_))
     }
 
     /// Roughness of a GGX lobe about as wide as the measured one, or 1 where there is none: for importance sampling.
@@ -161,7 +168,7 @@ impl Measured {
         if !above(n, i, o) {
             return [0.0; 3];
         }
-        let values = match &self.table {
+        let values = match &*self.table {
             Table::Merl(table) => half_angle::lookup(table, &Halfway::new(i, o).about(n)),
             Table::Rgl(table) => over_cosine(table.lookup(n, i, o), dot(n, i)),
             Table::Fit(network) => simd::run(Plain { network, angles: Halfway::new(i, o).about(n) }),

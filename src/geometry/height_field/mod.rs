@@ -8,7 +8,8 @@ mod grid;
 pub mod tmd;
 
 use super::builder::TileBuilder;
-use super::params::{Param, Unit, Value, Values, choice, derived, whole};
+use super::params::{Param, Unit, Value, choice, derived, whole};
+use super::values::GeometryValues;
 use super::{HeightGrid, Tile};
 use crate::error::{BadInput, Error, Result};
 use crate::image_file;
@@ -88,25 +89,25 @@ pub enum Edge {
 }
 
 impl HeightField {
-    pub(super) fn read(values: &Values<'_, '_>, unit_mm: f64) -> Result<Self> {
-        let file = values.path("file")?.expect("file is required");
-        let scale = match (values.optional("pixel")?, values.optional("width")?) {
+    pub(super) fn read(values: &GeometryValues, unit_mm: f64) -> Result<Self> {
+        let file = values.path("file")?.expect("file is required").to_path_buf();
+        let scale = match (values.optional("pixel"), values.optional("width")) {
             (Some(_), Some(_)) => return Err(values.error_at("width", "pixel and width are given together", "keep one of them")),
             (Some(pixel), None) => Scale::Pixel(pixel),
             (None, Some(width)) => Scale::Width(width),
             (None, None) => Scale::File,
         };
-        let edge = values.choice("edge")?;
+        let edge = values.choice("edge");
         if values.has("blend") && edge != Some("blend") {
             return Err(values.error_at("blend", "this edge is not blended", "remove it, or write `edge = \"blend\"`"));
         }
         let edge = match edge {
-            Some("blend") => Edge::Blend(values.optional("blend")?.unwrap_or(0.1)),
+            Some("blend") => Edge::Blend(values.optional("blend").unwrap_or(0.1)),
             Some("mirror") => Edge::Mirror,
             _ => Edge::None,
         };
-        let resolution = values.whole("resolution")?.expect("resolution has a default");
-        Ok(Self { file, scale, height: values.optional("height")?, detrend: values.flag("detrend")?, edge, resolution, unit_mm })
+        let resolution = values.whole("resolution").expect("resolution has a default");
+        Ok(Self { file, scale, height: values.optional("height"), detrend: values.flag("detrend"), edge, resolution, unit_mm })
     }
 
     /// The file's heights in the material's unit, before anything is done to them.

@@ -10,7 +10,8 @@ mod stl;
 
 use super::Tile;
 use super::builder::MAX_TRIANGLES;
-use super::params::{Param, Unit, Value, Values, number};
+use super::params::{Param, Unit, Value, number};
+use super::values::GeometryValues;
 use crate::error::{BadInput, Error, Result};
 use crate::toml_reader::range;
 use glam::{DVec2, DVec3};
@@ -49,10 +50,10 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    pub(super) fn read(values: &Values<'_, '_>) -> Result<Self> {
-        let file = values.path("file")?.expect("file is required");
-        let period = values.pair("period")?.ok_or_else(|| values.missing("period", "[1.0, 1.0]"))?;
-        Ok(Self { file, period: period.into(), scale: values.number("scale")? })
+    pub(super) fn read(values: &GeometryValues) -> Result<Self> {
+        let file = values.path("file")?.expect("file is required").to_path_buf();
+        let period = values.pair("period").ok_or_else(|| values.missing("period", "[1.0, 1.0]"))?;
+        Ok(Self { file, period: period.into(), scale: values.number("scale") })
     }
 
     pub(super) fn build(&self) -> Result<Tile> {

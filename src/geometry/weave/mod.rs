@@ -10,7 +10,8 @@ pub mod wif;
 
 use super::Tile;
 use super::builder::TileBuilder;
-use super::params::{Param, Unit, Value, Values, choice, derived, number, scaled, whole};
+use super::params::{Param, Unit, Value, choice, derived, number, scaled, whole};
+use super::values::GeometryValues;
 use crate::error::Result;
 use crate::toml_reader::range;
 use draft::{Draft, gcd};
@@ -117,10 +118,10 @@ pub struct Thread {
 }
 
 impl Weave {
-    pub(super) fn read(values: &Values<'_, '_>, unit_mm: f64) -> Result<Self> {
-        let by_colour = values.choice("parts")? != Some("by-direction");
+    pub(super) fn read(values: &GeometryValues, unit_mm: f64) -> Result<Self> {
+        let by_colour = values.choice("parts") != Some("by-direction");
         let (draft, file) = read_draft(values, by_colour)?;
-        if values.choice("parts")? == Some("by-colour") && file.as_ref().is_none_or(|f| f.palette.is_empty()) {
+        if values.choice("parts") == Some("by-colour") && file.as_ref().is_none_or(|f| f.palette.is_empty()) {
             return Err(values.error_at("parts", "there are no colours to name parts by", "give a `wif` with colours, or remove it"));
         }
         let mut notes = Vec::new();
@@ -176,20 +177,20 @@ impl Weave {
         if loose_warps + loose_wefts > 0 {
             notes.push(format!("{loose_warps} warp and {loose_wefts} weft threads never change sides: nothing holds them"));
         }
-        let whole = |key| values.whole(key).map(|v| v.expect("has a default"));
+        let whole = |key| values.whole(key).expect("has a default");
         let mut weave = Self {
             draft,
             warp,
             weft,
             period,
             crimp: 0.0,
-            crimp_share: values.number("crimp_share")?,
-            segments: whole("segments")?,
-            steps: whole("steps")?,
+            crimp_share: values.number("crimp_share"),
+            segments: whole("segments"),
+            steps: whole("steps"),
             parts,
             notes,
         };
-        weave.crimp = match values.optional("crimp")? {
+        weave.crimp = match values.optional("crimp") {
             Some(crimp) => crimp,
             None => weave.least_crimp(),
         };
@@ -322,14 +323,14 @@ impl Weave {
 }
 
 /// The draft, and the WIF file it came from.
-fn read_draft(values: &Values<'_, '_>, colours: bool) -> Result<(Draft, Option<Wif>)> {
+fn read_draft(values: &GeometryValues, colours: bool) -> Result<(Draft, Option<Wif>)> {
     let given: Vec<&str> = ["weave", "draft", "wif"].into_iter().filter(|&k| values.has(k)).collect();
     if let [_, second, ..] = given[..] {
         return Err(values.error_at(second, format!("{} are given together", given.join(" and ")), "keep one of them"));
     }
-    let word = if given.iter().any(|&k| k != "weave") { None } else { values.choice("weave")? };
+    let word = if given.iter().any(|&k| k != "weave") { None } else { values.choice("weave") };
     let name = given.first().copied().unwrap_or("weave");
-    let (over, under, shift) = (values.whole("over")?, values.whole("under")?, values.whole("shift")?);
+    let (over, under, shift) = (values.whole("over"), values.whole("under"), values.whole("shift"));
     let defaults = match word {
         Some("twill") => (2, 2, 1),
         Some("satin") => (4, 1, 2),
@@ -344,10 +345,10 @@ fn read_draft(values: &Values<'_, '_>, colours: bool) -> Result<(Draft, Option<W
         }
     };
     if let Some(path) = values.path("wif")? {
-        let file = wif::read(&path, colours)?;
+        let file = wif::read(path, colours)?;
         return Ok((file.draft.clone(), Some(file)));
     }
-    if let Some(rows) = values.texts("draft")? {
+    if let Some(rows) = values.texts("draft") {
         let columns = rows.first().map_or(0, |r| r.len());
         if columns == 0 || rows.iter().any(|r| r.len() != columns || r.bytes().any(|c| c != b'0' && c != b'1')) {
             return Err(values.error_at("draft", "the rows are not texts of 0 and 1 of one length", "write it like [\"10\", \"01\"]"));
@@ -382,18 +383,18 @@ const WEFT_KEYS: Keys = ("weft", ["weft_width", "weft_gap", "weft_height"]);
 
 /// Sizes of the threads of one direction: from the material file, else from the WIF file, else the defaults.
 fn sizes(
-    values: &Values<'_, '_>,
+    values: &GeometryValues,
     (name, [width_key, gap_key, height_key]): Keys,
     count: usize,
     file: Option<&wif::Threads>,
     unit_mm: f64,
     notes: &mut Vec<String>,
 ) -> Result<Vec<Size>> {
-    let (width, gap, height) = (values.optional(width_key)?, values.optional(gap_key)?, values.optional(height_key)?);
+    let (width, gap, height) = (values.optional(width_key), values.optional(gap_key), values.optional(height_key));
     let in_unit = |list: Option<&Vec<f64>>, k: usize| list.map(|l| l[k] / unit_mm);
-    let default_width = values.number(width_key)?;
+    let default_width = values.number(width_key);
     // A file with spacing alone: the threads fill it as the defaults do.
-    let default_fill = default_width / (default_width + values.number(gap_key)?);
+    let default_fill = default_width / (default_width + values.number(gap_key));
     let mut narrowed = 0;
     let mut sizes = Vec::with_capacity(count);
     for k in 0..count {
