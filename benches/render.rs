@@ -11,13 +11,13 @@
 
 mod common;
 
-use biscale::effective::grid::HemisphereGrid;
 use biscale::filter::Quality;
 use biscale::render::demand::{Plan, Table};
 use biscale::render::scene::Scene;
 use biscale::render::shade::{Frame, colours, touched};
 use biscale::render::world::World;
 use biscale::render::{gather, gather_all, render};
+use biscale::table::HemisphereGrid;
 use std::path::PathBuf;
 
 const SCENES: [&str; 6] = ["cup", "plate", "skirt", "pillow", "vase", "logo"];

@@ -3,11 +3,11 @@
 use crate::options::{CommonArgs, QualityArgs};
 use crate::output::{self, Target};
 use crate::progress;
-use biscale::effective::bake::{MIN_RINGS, Recipe, bake};
-use biscale::effective::file::is_effective_brdf;
-use biscale::effective::{EffectiveBrdf, TableError, max_rings};
 use biscale::error::{BadInput, Error, Result};
 use biscale::material::Material;
+use biscale::table::is_effective_brdf;
+use biscale::table::{BakeRecipe, MIN_RINGS, bake};
+use biscale::table::{EffectiveTable, TableError, max_rings};
 use biscale::toml_reader::Source;
 use clap::Args;
 use serde::Serialize;
@@ -53,7 +53,7 @@ pub fn run(args: &BakeArgs, common: &CommonArgs) -> Result<()> {
     let material = Material::parse(&source)?;
     let surface = material.build()?;
     let loaded = Instant::now();
-    let recipe = Recipe { name: &material.name, material: &source.text, quality, rings: args.resolution.map(usize::from) };
+    let recipe = BakeRecipe { name: &material.name, material: &source.text, quality, rings: args.resolution.map(usize::from) };
     let table = progress::with_control(common, |control| bake(&surface, &recipe, control))?;
     let baked = Instant::now();
     target.write_file(|file| table.write(std::io::BufWriter::new(file)))?;
@@ -127,7 +127,7 @@ struct Summary<'a> {
 }
 
 impl<'a> Summary<'a> {
-    fn new(table: &'a EffectiveBrdf, milliseconds: Milliseconds, notes: Vec<String>) -> Self {
+    fn new(table: &'a EffectiveTable, milliseconds: Milliseconds, notes: Vec<String>) -> Self {
         let about = &table.about;
         Self {
             material: &about.name,

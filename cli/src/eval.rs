@@ -5,11 +5,11 @@ use crate::output::{self, Target};
 use crate::pairs::{self, Pairs};
 use crate::progress;
 use crate::report;
-use biscale::effective::EffectiveBrdf;
-use biscale::effective::file::is_openexr;
 use biscale::error::{Error, Result};
 use biscale::filter::{self, Effective, Quality, Value};
 use biscale::material::Material;
+use biscale::table::EffectiveTable;
+use biscale::table::is_openexr;
 use clap::Args;
 use rayon::prelude::*;
 use serde::{Serialize, Serializer};
@@ -71,7 +71,7 @@ pub fn run(args: &EvalArgs, common: &CommonArgs) -> Result<()> {
 /// Evaluates a baked table between its nodes.
 fn between_nodes(args: &EvalArgs, common: &CommonArgs, target: Option<&Target>) -> Result<()> {
     let start = Instant::now();
-    let table = EffectiveBrdf::load(&args.material)?;
+    let table = EffectiveTable::load(&args.material)?;
     let loaded = Instant::now();
     let Pairs { written, pairs } = pairs::load(&args.pairs)?;
     let read = Instant::now();

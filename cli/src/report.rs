@@ -1,8 +1,8 @@
 //! What a command that filtered a surface says about it: on standard error, or as part of its JSON.
 
-use biscale::effective::EffectiveBrdf;
 use biscale::filter::{self, LowRankFacts, Quality};
 use biscale::material::{Material, SmallScale};
+use biscale::table::EffectiveTable;
 use serde::{Serialize, Serializer};
 use std::fmt;
 
@@ -84,7 +84,7 @@ impl<'a> Summary<'a> {
     }
 
     /// The same for values out of a baked table; its error is that between the nodes.
-    pub fn of_table(table: &'a EffectiveBrdf, pairs: usize, stages: &[(&'static str, f64)], notes: Vec<String>) -> Self {
+    pub fn of_table(table: &'a EffectiveTable, pairs: usize, stages: &[(&'static str, f64)], notes: Vec<String>) -> Self {
         let about = &table.about;
         Self {
             material: &about.name,

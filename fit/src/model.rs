@@ -12,7 +12,7 @@ use crate::variant::Variant;
 use biscale::direction::Pair;
 use biscale::error::{Error, Result};
 use biscale::filter::Control;
-use biscale::filter::frozen::{Frozen, Shares, Slot};
+use biscale::filter::common_random_numbers::{BasisReflectance, CommonRandomNumbers, Slot};
 use biscale::material::{Material, SmallScale};
 
 /// How often the model's period is laid on that of the close-up anew, with the colours that were found.
@@ -66,7 +66,7 @@ pub struct Model<'a> {
     height: f64,
     /// What is reflected more than once, place by place of the close-up's period.
     pub(crate) between: Vec<[f64; 3]>,
-    frozen: Frozen,
+    samples_in_place: CommonRandomNumbers,
     pub(crate) samples: u32,
     pub(crate) seed: u32,
     opaque: bool,
@@ -120,7 +120,7 @@ impl<'a> Model<'a> {
             doubt: 1.0,
             height: 0.0,
             between: Vec::new(),
-            frozen: Frozen::new(&small, samples, seed, &pairs, control)?,
+            samples_in_place: CommonRandomNumbers::new(&small, samples, seed, &pairs, control)?,
             samples,
             seed,
             opaque,
@@ -275,13 +275,13 @@ impl<'a> Model<'a> {
         }
         // A surface of other triangles gets samples of its own.
         let fresh;
-        let frozen = if self.frozen.fits(small) {
-            &self.frozen
+        let samples_in_place = if self.samples_in_place.fits(small) {
+            &self.samples_in_place
         } else {
-            fresh = Frozen::new(small, self.samples, self.seed, &pairs, control)?;
+            fresh = CommonRandomNumbers::new(small, self.samples, self.seed, &pairs, control)?;
             &fresh
         };
-        let shares = frozen.on(small, control)?.shares(&pairs, &self.slots)?;
+        let shares = samples_in_place.on(small, control)?.basis_reflectance(&pairs, &self.slots)?;
         let near = self.near_view(self.rounded(state).as_ref().unwrap_or(small), control)?;
         Ok(Looked { shares, near })
     }
@@ -384,7 +384,7 @@ pub(crate) enum Sorting<'a> {
 
 /// The surface as the photographs need it.
 struct Looked {
-    shares: Shares,
+    shares: BasisReflectance,
     /// What the close-up shows.
     near: Option<TileView>,
 }

@@ -13,7 +13,7 @@ use crate::unknowns::{UnknownKind, colour_of};
 use crate::variant::{own_sides, sides_place};
 use biscale::error::Result;
 use biscale::filter::Control;
-use biscale::filter::frozen::{Slot, SlotColour};
+use biscale::filter::common_random_numbers::{Slot, SlotColour};
 use biscale::geometry::Geometry;
 use biscale::material::SmallScale;
 

@@ -60,7 +60,7 @@ pub fn render(
         let probes: Vec<(Vec3, Vec3)> = lit.iter().step_by(lit.len().div_ceil(PROBES)).map(|s| (s.wi.as_vec3(), s.wo.as_vec3())).collect();
         let quality = Quality { tolerance: TOLERANCE, ..Quality::default() };
         let plan = Plan::find(small, opaque, &probes, &quality, control)?;
-        let grid = biscale::effective::grid::HemisphereGrid::new(plan.rings);
+        let grid = biscale::table::HemisphereGrid::new(plan.rings);
         let keys = touched(&view, &[Some(grid)]).swap_remove(0);
         let tables = [Some(plan.table(small, keys, &quality, control)?)];
         Frame::new(&view, &tables, width).shade(&tables, &colours(&[photograph.light]))

@@ -17,7 +17,7 @@ use crate::validate::Validation;
 use crate::variant::{Variant, Variants};
 use biscale::error::Result;
 use biscale::filter::Control;
-use biscale::filter::frozen::Slot;
+use biscale::filter::common_random_numbers::Slot;
 use biscale::geometry::{Geometry, Tile};
 use biscale::material::{Material, SmallScale};
 use biscale::render::coverage::Coverage;

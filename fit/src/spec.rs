@@ -6,7 +6,7 @@ use crate::recipe::{Place, Recipe};
 use crate::variant;
 use biscale::brdf::Brdf;
 use biscale::error::{BadInput, Result};
-use biscale::filter::frozen::{Slot, SlotColour};
+use biscale::filter::common_random_numbers::{Slot, SlotColour};
 use biscale::material::Material;
 use biscale::render::scene::{Camera, Light, Object};
 use biscale::toml_reader::{Range, Source, TableReader, range};

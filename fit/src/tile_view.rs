@@ -8,7 +8,7 @@ use biscale::brdf::Brdf;
 use biscale::direction::Pair;
 use biscale::error::Result;
 use biscale::filter::Control;
-use biscale::filter::frozen::{Slot, only, tint};
+use biscale::filter::common_random_numbers::{Slot, only, tint};
 use biscale::low_discrepancy::{fraction, hash};
 use biscale::material::SmallScale;
 use biscale::visibility::rays::{Occlusion, PeriodicBvh, Traced};

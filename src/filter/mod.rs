@@ -5,10 +5,10 @@
 
 mod auto;
 mod cluster_sums;
+pub mod common_random_numbers;
 pub(crate) mod demand;
 mod direct;
 mod estimate;
-pub mod frozen;
 mod importance;
 #[cfg(test)]
 mod kernel_tests;

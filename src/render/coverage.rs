@@ -4,11 +4,11 @@
 //! A line that hits does so from both ends, so the share of a direction and of its opposite are equal.
 
 use crate::direction::above_horizon;
-use crate::effective::grid::{lattice_weights, nodes};
 use crate::error::Result;
 use crate::filter::Control;
 use crate::geometry::Tile;
 use crate::low_discrepancy::{fraction, sobol_2d};
+use crate::table::{lattice_weights, nodes};
 use crate::visibility::rays::{PeriodicBvh, Traced};
 use glam::DVec3;
 use rayon::prelude::*;

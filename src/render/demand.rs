@@ -3,7 +3,7 @@
 //!
 //! A pair of directions lies in a cell: the product of two triangles of a [`HemisphereGrid`], with nine pairs of nodes at its
 //! corners. Values stand at the corners of touched cells only; between them the weights of the two triangles multiply, as in a baked
-//! [table](crate::effective). How fine the grid must be is measured, not guessed: [`PROBES`] of the picture's own pairs, drawn
+//! [table](crate::table). How fine the grid must be is measured, not guessed: [`PROBES`] of the picture's own pairs, drawn
 //! evenly from its pixels and lights, are computed at their exact directions, and the grid is refined until what it interpolates
 //! there agrees. Drawn so, the relative RMS error is weighted by the pixels that use a pair.
 //!
@@ -12,12 +12,10 @@
 //! interpolated number times irradiance over `cos(theta_o)`.
 
 use crate::direction::{MIN_COSINE, Pair};
-use crate::effective::grid::{HemisphereGrid, lattice_weights, node_count};
-use crate::effective::guide::{Guide, Lobes};
-use crate::effective::value_count;
 use crate::error::{Error, Result};
 use crate::filter::{Control, Quality, Summary, Value, effective};
 use crate::material::SmallScale;
+use crate::table::{Guide, GuideLobes, HemisphereGrid, lattice_weights, node_count, value_count};
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -177,7 +175,7 @@ impl Plan {
         let allowed = (quality.tolerance * quality.tolerance - facets * facets).max(facets * facets / 4.0).sqrt();
         let directions: Vec<(DVec3, DVec3)> = pairs.iter().map(|p| (p.wi, p.wo)).collect();
         let mean = |c: usize| exact.values.iter().map(|v| v.s[c]).sum::<f64>() / exact.values.len() as f64;
-        let guide = Lobes::of(small).map(|l| l.guide(std::array::from_fn(mean), &directions));
+        let guide = GuideLobes::of(small).map(|l| l.guide(std::array::from_fn(mean), &directions));
         let mut plan = Self { rings: FIRST_RINGS, guide: None, summary: exact.summary, facets, interpolation: 0.0, opaque };
         let mut done = 0.2;
         loop {

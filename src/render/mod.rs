@@ -182,7 +182,7 @@ fn render_in_bands(scene: &Scene, quality: &Quality, control: &Control<'_>, most
     }
     stage("probes");
 
-    let grids: Vec<_> = plans.iter().map(|p| p.as_ref().map(|p| crate::effective::grid::HemisphereGrid::new(p.rings))).collect();
+    let grids: Vec<_> = plans.iter().map(|p| p.as_ref().map(|p| crate::table::HemisphereGrid::new(p.rings))).collect();
     let one_band = bands.len() == 1;
     let mut keys = vec![Vec::new(); count];
     for range in &bands {

@@ -8,7 +8,7 @@ use super::demand::{GuidePlace, Located, Table, key, locate};
 use super::gather::View;
 use super::scene::Light;
 use crate::direction::MIN_COSINE;
-use crate::effective::grid::HemisphereGrid;
+use crate::table::HemisphereGrid;
 use glam::Vec4;
 use rayon::prelude::*;
 

@@ -7,11 +7,11 @@ mod view;
 use crate::options::{CommonArgs, QualityArgs};
 use crate::output::{self, Target};
 use crate::progress;
-use biscale::effective::EffectiveBrdf;
-use biscale::effective::file::is_openexr;
 use biscale::error::{BadInput, Error, Result};
 use biscale::filter::{self, Control, Quality, Value};
 use biscale::material::Material;
+use biscale::table::EffectiveTable;
+use biscale::table::is_openexr;
 use clap::Args;
 use polar::{Quantity, Slices};
 use rayon::prelude::*;
@@ -111,13 +111,13 @@ struct Object<'a> {
 /// What is plotted.
 enum Source {
     Material(Box<Material>, Box<biscale::material::SmallScale>),
-    Table(Box<EffectiveBrdf>),
+    Table(Box<EffectiveTable>),
 }
 
 impl Source {
     fn load(path: &Path) -> Result<Self> {
         if is_openexr(path) {
-            return Ok(Self::Table(Box::new(EffectiveBrdf::load(path)?)));
+            return Ok(Self::Table(Box::new(EffectiveTable::load(path)?)));
         }
         let material = Material::load(path)?;
         let surface = material.build()?;

@@ -18,7 +18,7 @@ use crate::validate::{self, Validation, verdict};
 use crate::variant::{self, Variant};
 use biscale::error::Result;
 use biscale::filter::Control;
-use biscale::filter::frozen::Frozen;
+use biscale::filter::common_random_numbers::CommonRandomNumbers;
 use biscale::material::{Material, SmallScale};
 use biscale::render::scene::Light;
 
@@ -312,8 +312,8 @@ fn predict(
 ) -> Result<Vec<[f64; 3]>> {
     let slots = unknowns::slots(&small.surfaces);
     let pairs = cells.pairs([0.0; 2]);
-    let frozen = Frozen::new(small, 4 * POLISH_SAMPLES, 0, &pairs, control)?;
-    let shares = frozen.on(small, control)?.shares(&pairs, &slots)?;
+    let samples = CommonRandomNumbers::new(small, 4 * POLISH_SAMPLES, 0, &pairs, control)?;
+    let shares = samples.on(small, control)?.basis_reflectance(&pairs, &slots)?;
     let value = |k: usize| {
         let cell = &cells.cells[k];
         let factor = cell.inverse_cosine * if opaque && shares.av[k] > 0.0 { cell.wo.z / shares.av[k] } else { 1.0 };

@@ -11,7 +11,7 @@ use super::normals::PairRows;
 use crate::brdf::{Brdf, Colour};
 use crate::error::{Error, Result};
 use crate::filter::lobes::{Half, Lobe, cosines, lobes};
-use crate::low_rank::Factors;
+use crate::numerics::randomized_svd::Factors;
 use crate::simd::{self, Kernel, LANES, Lanes};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
@@ -98,7 +98,7 @@ impl<'a> Tabulated<'a> {
         (self.directions.solid_angles[a] * self.directions.solid_angles[b]).sqrt()
     }
 
-    /// Writes scaled rows: what [`crate::low_rank::factor`] takes.
+    /// Writes scaled rows: what [`crate::numerics::randomized_svd::factor`] takes.
     pub fn write(&self, rows: Range<usize>, out: &mut [f64]) {
         simd::run(Write { table: self, rows, out });
     }
@@ -245,7 +245,7 @@ mod tests {
     use super::*;
     use crate::brdf::Distribution;
     use crate::low_discrepancy::gaussian;
-    use crate::low_rank::{Iteration, Params, Rows, factor};
+    use crate::numerics::randomized_svd::{Iteration, Params, Rows, factor};
 
     fn rough() -> Brdf {
         let (diffuse, specular) = ([0.2, 0.1, 0.0], [0.5, 0.6, 0.7]);

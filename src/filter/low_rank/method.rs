@@ -17,8 +17,8 @@ use crate::filter::demand::Demand;
 use crate::filter::prepared::Tracer;
 use crate::filter::{Control, Effective, LowRankFacts, Quality, Summary, Value, sums};
 use crate::low_discrepancy::hash;
-use crate::low_rank::{self, Factors, Params, Rows};
 use crate::material::{SmallScale, Surface, Tint};
+use crate::numerics::randomized_svd::{self, Factors, Params, Rows};
 use crate::visibility::Bits;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -205,7 +205,7 @@ impl Run<'_> {
         let mut projection = projected;
         loop {
             let params = Params { projection, iteration, energy, seed };
-            let factors = low_rank::factor(matrix, &params, &|| self.control.check())?;
+            let factors = randomized_svd::factor(matrix, &params, &|| self.control.check())?;
             // Cuts near the rounding of the power itself cannot be told from it.
             let enough = factors.energy >= energy.min(1.0 - 1e-12) || projection >= matrix.rows.min(matrix.columns);
             if enough || !grows {

@@ -2,7 +2,7 @@
 //!
 //! [`map`]: maps of directions and normals. [`normals`]: the matrix `N` of the bidirectional visible normal distribution. [`materials`]: the
 //! matrix `M` of turned BRDFs, and the product of both. [`rates`]: how fine the maps of `M` must be. [`precomputed`]: a compressed `M`;
-//! [`cache`]: such kept on disk. [`plan`]: settings of a run. `method` puts them together; the linear algebra is [`crate::low_rank`].
+//! [`cache`]: such kept on disk. [`plan`]: settings of a run. `method` puts them together; the linear algebra is [`crate::numerics::randomized_svd`].
 //!
 //! What the paper's own method and the improved one do differently is chosen by [`Variant`], in this file and nowhere else.
 
@@ -18,7 +18,7 @@ pub mod rates;
 
 pub(super) use method::low_rank;
 
-use crate::low_rank::Iteration;
+use crate::numerics::randomized_svd::Iteration;
 use map::Projection;
 
 /// Which of two sets of choices.
@@ -92,7 +92,7 @@ impl Variant {
                 normals: Normals::Nearest,
                 colours: Colours::Principal,
                 iteration: Iteration::None,
-                projected: crate::low_rank::PAPER_PROJECTION,
+                projected: crate::numerics::randomized_svd::PAPER_PROJECTION,
                 grows: false,
             },
             Self::Improved => Choices {

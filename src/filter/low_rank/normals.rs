@@ -138,8 +138,8 @@ mod tests {
     use super::super::Variant;
     use super::*;
     use crate::facets::{Density, Runs, Surface, sample};
-    use crate::low_rank::{Factors, Params, Rows, factor};
     use crate::material::{Material, SmallScale};
+    use crate::numerics::randomized_svd::{Factors, Params, Rows, factor};
     use crate::visibility::raster;
     use std::path::Path;
 

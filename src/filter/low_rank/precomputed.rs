@@ -8,7 +8,7 @@ use super::normals::PairRows;
 use super::rates::{self, Rates, Sides};
 use crate::brdf::{Brdf, Colour};
 use crate::error::Result;
-use crate::low_rank::{self, Iteration, Params, Rows};
+use crate::numerics::randomized_svd::{self, Iteration, Params, Rows};
 use faer::Mat;
 use glam::DVec3;
 use std::cell::Cell;
@@ -83,8 +83,8 @@ impl Precomputed {
         let mut projection = PROJECTION;
         let factors = loop {
             let params = Params { projection, iteration: Iteration::None, energy: settings.energy, seed: settings.seed };
-            let (calls, all) = (Cell::new(0_u32), low_rank::checks(&matrix, &params) as f64);
-            let factors = low_rank::factor(&matrix, &params, &|| {
+            let (calls, all) = (Cell::new(0_u32), randomized_svd::checks(&matrix, &params) as f64);
+            let factors = randomized_svd::factor(&matrix, &params, &|| {
                 calls.set(calls.get() + 1);
                 check((f64::from(calls.get()) / all).min(1.0))
             })?;

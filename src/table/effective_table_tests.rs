@@ -1,7 +1,7 @@
 //! Tables of surfaces whose `S` is known in closed form: between the nodes they must be right within a stated error.
 
-use super::bake::{Recipe, Values, build};
-use super::guide::Lobes;
+use super::super::bake::{BakeRecipe, ValuesOfPairs, build};
+use super::super::guide::GuideLobes;
 use super::*;
 use crate::brdf::{Brdf, Distribution};
 use crate::direction::{MIN_COSINE, Pair};
@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 
 /// A V-groove along y with faces at `tilt` to the horizontal; flat for 0.
 #[derive(Clone, Debug)]
-pub(super) struct Groove {
+pub(in super::super) struct Groove {
     pub tilt: f64,
     pub brdf: Brdf,
     /// Added to `S` at (wi, wo) in a way that is not symmetric.
@@ -94,17 +94,17 @@ impl Groove {
         SmallScale { tile, surfaces: vec![surface], surface_of_triangle: vec![0; 4] }
     }
 
-    pub fn table(&self, rings: usize) -> EffectiveBrdf {
-        let recipe = Recipe { rings: Some(rings), ..recipe() };
-        build(&recipe, Lobes::of(&self.surface()).as_ref(), &mut self.values(0.0)).unwrap()
+    pub fn table(&self, rings: usize) -> EffectiveTable {
+        let recipe = BakeRecipe { rings: Some(rings), ..recipe() };
+        build(&recipe, GuideLobes::of(&self.surface()).as_ref(), &mut self.values(0.0)).unwrap()
     }
 }
 
-pub(super) fn recipe() -> Recipe<'static> {
-    Recipe { name: "groove", material: "format = 1\n", quality: Quality::default(), rings: None }
+pub(in super::super) fn recipe() -> BakeRecipe<'static> {
+    BakeRecipe { name: "groove", material: "format = 1\n", quality: Quality::default(), rings: None }
 }
 
-pub(super) fn lambert(albedo: f64) -> Brdf {
+pub(in super::super) fn lambert(albedo: f64) -> Brdf {
     Brdf::Lambert { albedo: [albedo, 0.5 * albedo, 0.0] }
 }
 
@@ -125,7 +125,7 @@ fn pairs(n: usize) -> Vec<Pair> {
 }
 
 /// Relative RMS difference of `fbar` at pairs that `bake` did not use.
-fn error(table: &EffectiveBrdf, truth: &Groove) -> f64 {
+fn error(table: &EffectiveTable, truth: &Groove) -> f64 {
     let (mut off, mut all) = (0.0, 0.0);
     for pair in pairs(20_000) {
         let (got, expected) = (table.eval(pair.wi, pair.wo).fbar, truth.value(&pair).fbar);
@@ -187,7 +187,7 @@ fn the_resolution_follows_the_tolerance_and_keeps_it() {
     let mut before = 0;
     for tolerance in [0.05, 0.01, 0.004] {
         let groove = Groove::new(35.0, lambert(0.7));
-        let recipe = Recipe { quality: Quality { tolerance, ..Quality::default() }, ..recipe() };
+        let recipe = BakeRecipe { quality: Quality { tolerance, ..Quality::default() }, ..recipe() };
         let table = build(&recipe, None, &mut groove.values(0.25 * tolerance)).unwrap();
         let about = &table.about.error;
         assert!(about.relative_rms <= tolerance && about.facets == 0.25 * tolerance && about.probes == 10_000, "{about:?}");
@@ -203,7 +203,7 @@ fn the_resolution_follows_the_tolerance_and_keeps_it() {
 #[test]
 fn a_table_that_misses_the_tolerance_says_why() {
     let groove = Groove::new(35.0, lambert(0.7));
-    let coarse = build(&Recipe { rings: Some(4), ..recipe() }, None, &mut groove.values(0.001)).unwrap();
+    let coarse = build(&BakeRecipe { rings: Some(4), ..recipe() }, None, &mut groove.values(0.001)).unwrap();
     assert!(coarse.about.notes.iter().any(|n| n.contains("too coarse")), "{:?}", coarse.about.notes);
     let noisy = build(&recipe(), None, &mut groove.values(0.03)).unwrap();
     assert!(noisy.about.notes.iter().any(|n| n.contains("values themselves")), "{:?}", noisy.about.notes);
@@ -234,7 +234,7 @@ fn a_surface_that_is_not_reciprocal_keeps_both_halves() {
 fn a_white_table_returns_no_more_than_it_gets() {
     // White furnace: Int fbar dwi over the hemisphere is 1 for a flat white surface, at most 1 for any other.
     let n = 400;
-    let integral = |table: &EffectiveBrdf, wo: DVec3| -> f64 {
+    let integral = |table: &EffectiveTable, wo: DVec3| -> f64 {
         let mut sum = 0.0;
         for ring in 0..n {
             for turn in 0..n {
@@ -308,14 +308,14 @@ fn a_black_surface_has_an_absolute_error_of_0() {
 
 #[test]
 fn what_cannot_be_baked_is_refused_before_any_work() {
-    let never: &mut Values<'_> = &mut |_, _, _| panic!("no value should be asked for");
+    let never: &mut ValuesOfPairs<'_> = &mut |_, _, _| panic!("no value should be asked for");
     for rings in [0, 3, 37, usize::MAX] {
-        let text = build(&Recipe { rings: Some(rings), ..recipe() }, None, never).unwrap_err().to_string();
+        let text = build(&BakeRecipe { rings: Some(rings), ..recipe() }, None, never).unwrap_err().to_string();
         assert!(text.contains("resolution") && text.contains("4 to 36"), "{text}");
     }
     let quality = Quality { budget: Some(1.0), ..Quality::default() };
-    assert!(matches!(build(&Recipe { quality, ..recipe() }, None, never), Err(Error::Unsupported { .. })));
-    let stopped: &mut Values<'_> = &mut |_, _, _| Err(Error::Interrupted);
+    assert!(matches!(build(&BakeRecipe { quality, ..recipe() }, None, never), Err(Error::Unsupported { .. })));
+    let stopped: &mut ValuesOfPairs<'_> = &mut |_, _, _| Err(Error::Interrupted);
     assert!(matches!(build(&recipe(), None, stopped), Err(Error::Interrupted)));
 }
 
@@ -324,7 +324,7 @@ fn a_value_that_is_not_finite_never_gets_into_a_table() {
     let mut calls = 0;
     let groove = Groove::new(30.0, lambert(0.5));
     let mut exact = groove.values(0.0);
-    let values: &mut Values<'_> = &mut |pairs, quality, share| {
+    let values: &mut ValuesOfPairs<'_> = &mut |pairs, quality, share| {
         calls += 1;
         let mut result = exact(pairs, quality, share)?;
         if calls == 2 {

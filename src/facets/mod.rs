@@ -11,7 +11,7 @@
 //! - sorted along the first coordinate, the p-th samples of the eight sets lie in the same stretch of the surface. They are
 //!   stored side by side: lane `l` of the sums belongs to set `l mod 8`, and neighbouring lanes see nearly the same.
 
-pub mod frozen;
+pub mod common_random_numbers;
 mod random;
 
 pub use random::random;

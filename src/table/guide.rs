@@ -49,7 +49,7 @@ impl Guide {
 }
 
 /// The facets of a surface as far as a guide needs them: normals, areas and BRDFs, without positions.
-pub struct Lobes<'a> {
+pub struct GuideLobes<'a> {
     facets: Vec<Facet<'a>>,
 }
 
@@ -60,7 +60,7 @@ struct Facet<'a> {
     weight: Colour,
 }
 
-impl<'a> Lobes<'a> {
+impl<'a> GuideLobes<'a> {
     /// The lobes of a surface, or none where no BRDF of it is glossy.
     pub fn of(surface: &'a SmallScale) -> Option<Self> {
         surface.surfaces.iter().any(|s| is_glossy(&s.brdf)).then(|| Self { facets: facets(surface) })

@@ -4,13 +4,13 @@
 //! the light, each with ten of as many to the viewer: few directions make them cheap, but the error sits in few grazing ones: with
 //! 200 it was found up to three times too large or too small, see the tests). They give the plan, the error of the facets and, compared with
 //! what a table interpolates there, its bias. Tables are refined from [`FIRST_RINGS`] rings on until the two errors, added in
-//! squares, keep the tolerance, or to [`super::max_rings`].
+//! squares, keep the tolerance, or to [`max_rings`].
 //!
 //! The table's error falls as `1 / rings²`, its cost rises as `rings⁴`: each finer table is as fine as that law asks for.
 
+use super::effective_table::{EffectiveTable, TableError, TableOrigin, max_rings, value_count, value_index};
 use super::grid::{HemisphereGrid, node_count};
-use super::guide::Lobes;
-use super::{About, EffectiveBrdf, TableError, max_rings, value_count, value_index};
+use super::guide::GuideLobes;
 use crate::brdf::Colour;
 use crate::direction::Pair;
 use crate::error::{BadInput, Error, Result};
@@ -23,7 +23,7 @@ use std::ops::Range;
 
 /// What is to be baked.
 #[derive(Clone, Debug)]
-pub struct Recipe<'a> {
+pub struct BakeRecipe<'a> {
     /// Name of the material, for the file.
     pub name: &'a str,
     /// Text of the material file, for the file.
@@ -58,14 +58,14 @@ const FACET_SHARE: f64 = 0.5;
 const MARGIN: f64 = 1.05;
 
 /// Values of pairs, from any source: pairs, how to compute them, and the share of the whole work that this call is.
-pub type Values<'a> = dyn FnMut(&[Pair], &Quality, Range<f64>) -> Result<Effective> + 'a;
+pub type ValuesOfPairs<'a> = dyn FnMut(&[Pair], &Quality, Range<f64>) -> Result<Effective> + 'a;
 
 /// The effective BRDF of `surface` as a table.
 ///
 /// # Errors
 /// Those of [`effective`]; [`Error::BadInput`] for a number of rings out of range, [`Error::Unsupported`] for a budget.
-pub fn bake(surface: &SmallScale, recipe: &Recipe<'_>, control: &Control<'_>) -> Result<EffectiveBrdf> {
-    let mut table = build(recipe, Lobes::of(surface).as_ref(), &mut |pairs, quality, share| {
+pub fn bake(surface: &SmallScale, recipe: &BakeRecipe<'_>, control: &Control<'_>) -> Result<EffectiveTable> {
+    let mut table = build(recipe, GuideLobes::of(surface).as_ref(), &mut |pairs, quality, share| {
         let progress = |stage: &str, done: f64| (control.progress)(stage, share.start + done.clamp(0.0, 1.0) * (share.end - share.start));
         effective(surface, pairs, quality, &Control { progress: &progress, ..*control })
     })?;
@@ -74,8 +74,8 @@ pub fn bake(surface: &SmallScale, recipe: &Recipe<'_>, control: &Control<'_>) ->
 }
 
 /// The table whose values come from `values`; `lobes` are what a guide is made of.
-pub fn build(recipe: &Recipe<'_>, lobes: Option<&Lobes<'_>>, values: &mut Values<'_>) -> Result<EffectiveBrdf> {
-    let Recipe { quality, rings: fixed, .. } = recipe;
+pub fn build(recipe: &BakeRecipe<'_>, lobes: Option<&GuideLobes<'_>>, values: &mut ValuesOfPairs<'_>) -> Result<EffectiveTable> {
+    let BakeRecipe { quality, rings: fixed, .. } = recipe;
     check_rings(*fixed, max_rings(true))?;
     if quality.budget.is_some() {
         let remedy = "set the time by --tolerance or --resolution".into();
@@ -130,7 +130,7 @@ fn check_rings(rings: Option<usize>, limit: usize) -> Result<()> {
     }
 }
 
-fn about(recipe: &Recipe<'_>, probes: &Probes, table: &EffectiveBrdf, error: TableError) -> Result<About> {
+fn about(recipe: &BakeRecipe<'_>, probes: &Probes, table: &EffectiveTable, error: TableError) -> Result<TableOrigin> {
     if !error.relative_rms.is_finite() {
         return Err(Error::Numeric(format!("the table's error came out as {}", error.relative_rms)));
     }
@@ -150,7 +150,7 @@ fn about(recipe: &Recipe<'_>, probes: &Probes, table: &EffectiveBrdf, error: Tab
     if !table.reciprocal {
         notes.push("the surface is not reciprocal: both S(wi,wo) and S(wo,wi) are stored".to_owned());
     }
-    Ok(About {
+    Ok(TableOrigin {
         program: concat!("biscale ", env!("CARGO_PKG_VERSION")).to_owned(),
         name: recipe.name.to_owned(),
         material: recipe.material.to_owned(),
@@ -166,7 +166,7 @@ fn about(recipe: &Recipe<'_>, probes: &Probes, table: &EffectiveBrdf, error: Tab
 }
 
 /// All values of a table of `rings` rings.
-fn fill(rings: usize, reciprocal: bool, quality: &Quality, share: Range<f64>, values: &mut Values<'_>) -> Result<EffectiveBrdf> {
+fn fill(rings: usize, reciprocal: bool, quality: &Quality, share: Range<f64>, values: &mut ValuesOfPairs<'_>) -> Result<EffectiveTable> {
     let grid = HemisphereGrid::new(rings);
     let count = node_count(rings);
     let total = value_count(rings, reciprocal);
@@ -195,7 +195,7 @@ fn fill(rings: usize, reciprocal: bool, quality: &Quality, share: Range<f64>, va
     if planes.iter().chain([&av]).flatten().any(|v| !v.is_finite() || *v < 0.0) {
         return Err(Error::Numeric("a value of the table is negative or not finite".to_owned()));
     }
-    Ok(EffectiveBrdf { grid, reciprocal, planes, av, guide: None, about: About::default() })
+    Ok(EffectiveTable { grid, reciprocal, planes, av, guide: None, about: TableOrigin::default() })
 }
 
 /// The pairs of `count` nodes as rectangles of at most [`BLOCK`] (light, viewer); of a reciprocal table those with
@@ -216,7 +216,7 @@ struct Probes {
 }
 
 impl Probes {
-    fn compute(quality: &Quality, values: &mut Values<'_>) -> Result<Self> {
+    fn compute(quality: &Quality, values: &mut ValuesOfPairs<'_>) -> Result<Self> {
         let mut stream = Random::from_state(mix(quality.seed));
         let mut random = || stream.unit();
         let [rows, columns] = PROBE_STRATA;
@@ -261,7 +261,7 @@ impl Probes {
     }
 
     /// Relative RMS difference of what `table` gives for `fbar` at the probes; absolute where all are 0.
-    fn error_of(&self, table: &EffectiveBrdf) -> f64 {
+    fn error_of(&self, table: &EffectiveTable) -> f64 {
         let (mut off, mut all) = (0.0, 0.0);
         for (pair, value) in self.pairs.iter().zip(&self.values) {
             let at = table.eval(pair.wi, pair.wo);

@@ -11,7 +11,7 @@ use glam::{DVec2, DVec3};
 
 /// Samples of one surface, by triangle and place in it.
 #[derive(Clone, Debug)]
-pub struct Frozen {
+pub struct CommonSamples {
     /// The surface that they were drawn on.
     surface: Surface,
     surface_of_triangle: Vec<u16>,
@@ -20,7 +20,7 @@ pub struct Frozen {
     barycentric: Vec<[f64; 3]>,
 }
 
-impl Frozen {
+impl CommonSamples {
     /// Draws `samples` samples, a power of two from 64, in proportion to area.
     pub fn new(small: &SmallScale, samples: u32, seed: u32) -> Self {
         Self::with_importance(small, samples, seed, &[1.0])
@@ -144,30 +144,30 @@ mod tests {
     #[test]
     fn on_their_own_surface_the_samples_are_where_they_were_drawn() {
         let small = weave(0.42);
-        let frozen = Frozen::new(&small, 1024, 7);
-        let (surface, facets) = frozen.on(&small).unwrap();
-        assert_eq!(surface.triangles, frozen.surface.triangles);
-        assert_eq!(facets.weight, frozen.facets.weight);
-        for (a, b) in facets.position.iter().zip(&frozen.facets.position) {
+        let common = CommonSamples::new(&small, 1024, 7);
+        let (surface, facets) = common.on(&small).unwrap();
+        assert_eq!(surface.triangles, common.surface.triangles);
+        assert_eq!(facets.weight, common.facets.weight);
+        for (a, b) in facets.position.iter().zip(&common.facets.position) {
             assert!(a.distance(*b) < 1e-9, "{a} and {b}");
         }
     }
 
     #[test]
     fn on_a_changed_surface_they_stand_for_its_area() {
-        let frozen = Frozen::new(&weave(0.42), 4096, 7);
+        let common = CommonSamples::new(&weave(0.42), 4096, 7);
         let small = weave(0.40);
-        let (surface, facets) = frozen.on(&small).unwrap();
-        let sampled = facets.weight.iter().map(|&w| f64::from(w)).sum::<f64>() / frozen.samples() as f64;
+        let (surface, facets) = common.on(&small).unwrap();
+        let sampled = facets.weight.iter().map(|&w| f64::from(w)).sum::<f64>() / common.samples() as f64;
         let area = surface.areas.iter().sum::<f64>() / surface.footprint();
         assert!((sampled / area - 1.0).abs() < 2e-3, "{sampled} and {area}");
     }
 
     #[test]
     fn other_triangles_are_told() {
-        let frozen = Frozen::new(&weave(0.42), 64, 0);
+        let common = CommonSamples::new(&weave(0.42), 64, 0);
         let mut small = weave(0.42);
         small.surface_of_triangle.pop();
-        assert!(frozen.on(&small).is_none());
+        assert!(common.on(&small).is_none());
     }
 }

@@ -354,4 +354,5 @@ fn product(matrix: &Rows<'_>, mean: &[f64], v: MatRef<'_, f64>, check: &dyn Fn()
 }
 
 #[cfg(test)]
+#[path = "randomized_svd_tests.rs"]
 mod tests;

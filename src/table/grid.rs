@@ -21,7 +21,7 @@ use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_3, TAU};
 
 /// Three nodes and their weights.
-pub type Weights = ([usize; 3], [f64; 3]);
+pub type GridWeights = ([usize; 3], [f64; 3]);
 
 /// Nodes of the hemisphere, with the triangles between them.
 #[derive(Clone, Debug)]
@@ -76,7 +76,7 @@ pub fn nodes(rings: usize) -> Vec<DVec3> {
 
 /// Where a direction lies on the lattice of rings: which of the six sextants, ring `k`, place `j` along it, and the fractions
 /// `t` to ring `k + 1` and `u` to place `j + 1`, both in `0..=1`.
-struct Place {
+struct GridPlace {
     sextant: usize,
     k: usize,
     j: usize,
@@ -84,7 +84,7 @@ struct Place {
     u: f64,
 }
 
-fn place(rings: usize, w: DVec3) -> Place {
+fn place(rings: usize, w: DVec3) -> GridPlace {
     // 1 - z loses digits near the pole only where the position inside the first ring does not need them.
     let height = ((w.z - MIN_COSINE) / (1.0 - MIN_COSINE)).clamp(0.0, 1.0);
     let x = (1.0 - height.powf(1.0 / ELEVATION_EXPONENT)).sqrt() * rings as f64;
@@ -95,10 +95,10 @@ fn place(rings: usize, w: DVec3) -> Place {
     let k = whole(x).min(rings - 1);
     let along = x * (turn - sextant as f64).clamp(0.0, 1.0);
     let j = whole(along).min(k);
-    Place { sextant, k, j, t: (x - k as f64).min(1.0), u: (along - j as f64).min(1.0) }
+    GridPlace { sextant, k, j, t: (x - k as f64).min(1.0), u: (along - j as f64).min(1.0) }
 }
 
-impl Place {
+impl GridPlace {
     /// The upper triangle of the lattice cell has two corners on the outer ring, the lower one two on the inner ring.
     fn upper(&self) -> bool {
         self.u <= self.t || self.j == self.k
@@ -118,7 +118,7 @@ impl Place {
 
 /// Weights that are linear on the lattice of rings, for a direction with `z >= 0`: they sum to 1, are not negative and
 /// continuous. Cheaper than [`HemisphereGrid::weights`], for functions that have nothing to do with the vector `w`.
-pub fn lattice_weights(rings: usize, w: DVec3) -> Weights {
+pub fn lattice_weights(rings: usize, w: DVec3) -> GridWeights {
     let place = place(rings, w);
     let (t, u) = (place.t, place.u);
     let weights = if place.upper() { [1.0 - t, (t - u).max(0.0), u.min(t)] } else { [1.0 - u, t, u - t] };
@@ -134,11 +134,11 @@ impl HemisphereGrid {
         for k in 0..rings {
             for sextant in 0..6 {
                 for j in 0..=k {
-                    let upper = Place { sextant, k, j, t: 1.0, u: 0.0 };
+                    let upper = GridPlace { sextant, k, j, t: 1.0, u: 0.0 };
                     debug_assert_eq!(upper.triangle(), triangles.len(), "the order of the triangles is a formula");
                     triangles.push(upper.corners());
                     if j < k {
-                        triangles.push(Place { t: 0.0, u: 1.0, ..upper }.corners());
+                        triangles.push(GridPlace { t: 0.0, u: 1.0, ..upper }.corners());
                     }
                 }
             }
@@ -166,7 +166,7 @@ impl HemisphereGrid {
     }
 
     /// Nodes around the unit direction `w` with `w.z >=` [`MIN_COSINE`], and the weights that reproduce its vector.
-    pub fn weights(&self, w: DVec3) -> Weights {
+    pub fn weights(&self, w: DVec3) -> GridWeights {
         let (triangle, weights) = self.locate(w);
         (self.triangles[triangle], weights)
     }

@@ -1,9 +1,9 @@
 //! Our own file of a whole effective BRDF: an OpenEXR file that says what it is. `docs/effective-format.md` describes it so
 //! that a stranger could write a reader.
 
+use super::effective_table::{EffectiveTable, TableOrigin, max_rings};
 use super::grid::{HemisphereGrid, node_count};
 use super::guide::{Guide, MAX_GUIDE_RINGS};
-use super::{About, EffectiveBrdf, max_rings};
 use crate::error::{BadInput, Error, Result};
 use exr::block::lines::LineRefMut;
 use exr::image::write::samples::{SamplesWriter, WritableSamples};
@@ -59,7 +59,7 @@ struct Description {
     /// Of all numbers of the file, see [`checksum`].
     checksum: String,
     #[serde(flatten)]
-    about: About,
+    about: TableOrigin,
 }
 
 /// Width and height of each layer.
@@ -82,7 +82,7 @@ pub fn is_effective_brdf(path: &Path) -> bool {
     headers.is_ok_and(|meta| describe(&meta.headers, path).is_ok())
 }
 
-impl EffectiveBrdf {
+impl EffectiveTable {
     /// Writes the file to `path`; a half-written one is removed.
     ///
     /// # Errors
@@ -310,3 +310,7 @@ fn samples(samples: FlatSamples) -> Vec<f32> {
         FlatSamples::F16(_) | FlatSamples::U32(_) => unreachable!("the layout was checked"),
     }
 }
+
+#[cfg(test)]
+#[path = "file_tests.rs"]
+mod tests;

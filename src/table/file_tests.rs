@@ -1,27 +1,26 @@
 //! Files: what is written is what is read, and what is damaged or foreign is refused.
 
-use super::tests::{Groove, lambert, recipe};
+use super::super::effective_table::tests::{Groove, lambert, recipe};
 use super::*;
 use crate::brdf::{Brdf, Distribution};
-use crate::effective::bake::build;
-use crate::effective::guide::Lobes;
 use crate::error::Error;
+use crate::table::{BakeRecipe, GuideLobes, build};
 use exr::prelude::{AttributeValue, Text, WritableImage};
 use std::io::Cursor;
 use std::path::Path;
 
-fn bytes(table: &EffectiveBrdf) -> Vec<u8> {
+fn bytes(table: &EffectiveTable) -> Vec<u8> {
     let mut out = Cursor::new(Vec::new());
     table.write(&mut out).unwrap();
     out.into_inner()
 }
 
-fn read(bytes: &[u8]) -> Result<EffectiveBrdf, Error> {
-    EffectiveBrdf::read(Cursor::new(bytes), Path::new("table.exr"))
+fn read(bytes: &[u8]) -> Result<EffectiveTable, Error> {
+    EffectiveTable::read(Cursor::new(bytes), Path::new("table.exr"))
 }
 
 /// A small table with a guide, and one that is not reciprocal.
-fn tables() -> [EffectiveBrdf; 2] {
+fn tables() -> [EffectiveTable; 2] {
     let glossy = Brdf::CookTorrance { diffuse: [0.2; 3], specular: [0.5; 3], alpha: 0.15, distribution: Distribution::Ggx, f0: None };
     let guided = Groove::new(30.0, glossy).table(5);
     assert!(guided.guide().is_some(), "the file must have its third layer");
@@ -51,8 +50,8 @@ fn the_same_table_makes_the_same_bytes() {
 fn texts_in_any_language_and_control_characters_come_back() {
     let groove = Groove::new(20.0, lambert(0.5));
     let material = "# Größe 10 µm, 😀\nname = \"溝\"\n\"\\ \u{1}\t";
-    let recipe = bake::Recipe { name: "溝 \"ü\"", material, rings: Some(4), ..recipe() };
-    let table = build(&recipe, Lobes::of(&groove.surface()).as_ref(), &mut groove.values(0.0)).unwrap();
+    let recipe = BakeRecipe { name: "溝 \"ü\"", material, rings: Some(4), ..recipe() };
+    let table = build(&recipe, GuideLobes::of(&groove.surface()).as_ref(), &mut groove.values(0.0)).unwrap();
     let back = read(&bytes(&table)).unwrap();
     assert_eq!((back.about.material.as_str(), back.about.name.as_str()), (material, "溝 \"ü\""));
 }
@@ -63,9 +62,9 @@ fn a_file_in_a_folder_is_saved_and_loaded() {
     let path = folder.path().join("table.exr");
     let table = Groove::new(20.0, lambert(0.5)).table(4);
     table.save(&path).unwrap();
-    assert_eq!(EffectiveBrdf::load(&path).unwrap().planes, table.planes);
+    assert_eq!(EffectiveTable::load(&path).unwrap().planes, table.planes);
     assert!(matches!(table.save(&folder.path().join("none").join("table.exr")), Err(Error::Io { .. })));
-    let text = EffectiveBrdf::load(&folder.path().join("none.exr")).unwrap_err().to_string();
+    let text = EffectiveTable::load(&folder.path().join("none.exr")).unwrap_err().to_string();
     assert!(text.contains("none.exr: there is no such file"), "{text}");
 }
 
@@ -103,7 +102,7 @@ fn a_changed_byte_is_found_or_changes_nothing_that_counts() {
 }
 
 /// The file with its description changed by `change`.
-fn redescribed(table: &EffectiveBrdf, change: impl Fn(&str) -> String) -> Vec<u8> {
+fn redescribed(table: &EffectiveTable, change: impl Fn(&str) -> String) -> Vec<u8> {
     let mut image = exr::prelude::read_all_flat_layers_from_file(saved(table).path()).unwrap();
     for layer in &mut image.layer_data {
         for value in layer.attributes.other.values_mut() {
@@ -117,7 +116,7 @@ fn redescribed(table: &EffectiveBrdf, change: impl Fn(&str) -> String) -> Vec<u8
     out.into_inner()
 }
 
-fn saved(table: &EffectiveBrdf) -> tempfile::NamedTempFile {
+fn saved(table: &EffectiveTable) -> tempfile::NamedTempFile {
     let file = tempfile::NamedTempFile::new().unwrap();
     table.save(file.path()).unwrap();
     file
@@ -157,7 +156,7 @@ fn what_is_not_ours_newer_or_contradictory_is_refused_with_the_reason() {
 fn pictures_and_texts_are_refused() {
     let mut picture = Cursor::new(Vec::new());
     let pixels = exr::prelude::SpecificChannels::rgb(|_| (0.5_f32, 0.5_f32, 0.5_f32));
-    exr::prelude::Image::from_channels((4, 4), pixels).write().to_buffered(&mut picture).unwrap();
+    Image::from_channels((4, 4), pixels).write().to_buffered(&mut picture).unwrap();
     for (bytes, expected) in [
         (picture.into_inner(), "this OpenEXR file is no effective BRDF"),
         (b"wi_x,wi_y\n".to_vec(), "no readable OpenEXR file"),

@@ -1,29 +1,10 @@
-//! The whole effective BRDF as a table: evaluate, interpolate, store.
-//!
-//! `S(wi,wo)` and `av(wo)/A` stand on the nodes of a hemisphere [`grid`]; between them the weights of the two directions
-//! multiply, and a [`guide`] keeps lobes sharp that are narrower than the grid:
-//!
-//! ```text
-//! S(wi,wo) = G(h) sum_jk b_j(wi) b_k(wo) S_jk / G(h_jk),      av(wo) = sum_k b_k(wo) av_k
-//! ```
-//!
-//! All weights and `G` are not negative, so neither is `S`; it is exactly symmetric where the table is. [`bake`] makes
-//! tables, [`mod@file`] stores them.
+//! The table in memory, and what it says between its nodes.
 
-pub mod bake;
-pub mod file;
-#[cfg(test)]
-mod file_tests;
-pub mod grid;
-pub mod guide;
-#[cfg(test)]
-mod tests;
-
+use super::grid::{HemisphereGrid, node_count};
+use super::guide::Guide;
 use crate::direction::above_horizon;
 use crate::filter::Value;
 use glam::DVec3;
-use grid::{HemisphereGrid, node_count};
-use guide::Guide;
 use serde::{Deserialize, Serialize};
 
 /// Most values (pairs of nodes) in a table: at 24 bytes each it takes 192 MB.
@@ -31,22 +12,22 @@ pub const MAX_VALUES: usize = 8_000_000;
 
 /// An effective BRDF at all pairs of a hemisphere's directions, with its errors and how it was made.
 #[derive(Clone, Debug)]
-pub struct EffectiveBrdf {
-    grid: HemisphereGrid,
+pub struct EffectiveTable {
+    pub(super) grid: HemisphereGrid,
     /// Whether `S(wi,wo) = S(wo,wi)`: then only pairs with `wi <= wo` in the order of the nodes are stored.
-    reciprocal: bool,
+    pub(super) reciprocal: bool,
     /// `S` red, green, blue, then their standard errors, 1/sr: one value a stored pair, at [`value_index`].
-    planes: [Vec<f32>; 6],
+    pub(super) planes: [Vec<f32>; 6],
     /// `av / A` of each node.
-    av: Vec<f32>,
-    guide: Option<Guide>,
+    pub(super) av: Vec<f32>,
+    pub(super) guide: Option<Guide>,
     /// How the table was made.
-    pub about: About,
+    pub about: TableOrigin,
 }
 
 /// How a table was made.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct About {
+pub struct TableOrigin {
     /// The program and its version.
     pub program: String,
     /// Name of the material.
@@ -101,7 +82,7 @@ pub const fn max_rings(reciprocal: bool) -> usize {
 
 /// Place of the pair of nodes `wi`, `wo` in each plane of a table of `nodes` nodes: rows of `wo`; of a reciprocal table the
 /// triangle `wi <= wo`, row by row, where the two may stand in any order.
-const fn value_index(nodes: usize, reciprocal: bool, wi: usize, wo: usize) -> usize {
+pub(super) const fn value_index(nodes: usize, reciprocal: bool, wi: usize, wo: usize) -> usize {
     if !reciprocal {
         wo * nodes + wi
     } else if wi <= wo {
@@ -111,7 +92,7 @@ const fn value_index(nodes: usize, reciprocal: bool, wi: usize, wo: usize) -> us
     }
 }
 
-impl EffectiveBrdf {
+impl EffectiveTable {
     /// The directions of the table.
     pub fn grid(&self) -> &HemisphereGrid {
         &self.grid
@@ -137,7 +118,7 @@ impl EffectiveBrdf {
     /// A direction below the horizon gives 0; one within [`crate::direction::MIN_COSINE`] of it is evaluated there. The
     /// standard errors are those of the nodes, weighted as if all had the same noise (they share their facets); that of
     /// `fbar` leaves out the noise that `S` and `av` share, and is mostly too large. The error of the interpolation is not
-    /// in them: it stands in [`About::error`].
+    /// in them: it stands in [`TableOrigin::error`].
     pub fn eval(&self, wi: DVec3, wo: DVec3) -> Value {
         let Some(wo) = above_horizon(wo) else { return Value::default() };
         let (to_nodes, to_weights) = self.grid.weights(wo);
@@ -171,3 +152,7 @@ impl EffectiveBrdf {
         Value { s, s_se, fbar, se: over_av(s_se), fhat: fbar.map(|v| v / wi.z), av }
     }
 }
+
+#[cfg(test)]
+#[path = "effective_table_tests.rs"]
+pub(super) mod tests;

@@ -11,7 +11,8 @@ use super::sums::{self, Views};
 use crate::brdf::Brdf;
 use crate::direction::{Pair, above_horizon};
 use crate::error::{Error, Result};
-use crate::facets::{self, Facets, NO_TRIANGLE, SETS};
+use crate::facets::common_random_numbers::CommonSamples;
+use crate::facets::{Facets, NO_TRIANGLE, SETS};
 use crate::material::{SmallScale, Surface, Tint};
 use glam::DVec3;
 
@@ -71,34 +72,34 @@ const LEAST_IMPORTANCE: f64 = 0.2;
 
 /// Samples that keep their places.
 #[derive(Clone, Debug)]
-pub struct Frozen {
-    samples: facets::frozen::Frozen,
+pub struct CommonRandomNumbers {
+    samples: CommonSamples,
 }
 
 /// The samples on one shape of their surface.
-pub struct Placed<'a> {
+pub struct PlacedSamples<'a> {
     small: &'a SmallScale,
     tracer: Tracer<'a>,
     facets: Facets,
     samples: f64,
 }
 
-/// What [`Placed::shares`] finds for a list of pairs.
+/// What [`PlacedSamples::basis_reflectance`] finds for a list of pairs.
 #[derive(Clone, Debug, Default)]
-pub struct Shares {
+pub struct BasisReflectance {
     /// For each slot and pair its share of `S`, 1/sr, in each channel: the tint and Fresnel's factor may be coloured.
     pub s: Vec<Vec<[f64; 3]>>,
     /// For each pair the visible projected area from the viewer over the footprint.
     pub av: Vec<f64>,
 }
 
-impl Frozen {
+impl CommonRandomNumbers {
     /// Draws `samples` samples, a power of two from 64, more of them where `pairs` see the surface.
     ///
     /// # Errors
     /// `Interrupted`.
     pub fn new(small: &SmallScale, samples: u32, seed: u32, pairs: &[Pair], control: &Control<'_>) -> Result<Self> {
-        let pilot = Self { samples: facets::frozen::Frozen::new(small, PILOT, seed) };
+        let pilot = Self { samples: CommonSamples::new(small, PILOT, seed) };
         let placed = pilot.on(small, control)?;
         let all: Vec<DVec3> = pairs.iter().flat_map(|p| [p.wi, p.wo]).filter_map(above_horizon).collect();
         let some: Vec<DVec3> = all.iter().copied().step_by(all.len().div_ceil(PILOT_DIRECTIONS).max(1)).collect();
@@ -117,7 +118,7 @@ impl Frozen {
         let mean = importance.iter().sum::<f64>() / STRETCHES as f64;
         let importance: Vec<f64> = importance.iter().map(|i| i + LEAST_IMPORTANCE * mean).collect();
         let importance = if mean > 0.0 { &importance[..] } else { &[1.0] };
-        Ok(Self { samples: facets::frozen::Frozen::with_importance(small, samples, seed, importance) })
+        Ok(Self { samples: CommonSamples::with_importance(small, samples, seed, importance) })
     }
 
     /// Whether the samples can be kept on `small`: it has the triangles of the surface that they were drawn on, in another shape.
@@ -129,21 +130,21 @@ impl Frozen {
     ///
     /// # Errors
     /// [`Error::Unsupported`] if [`Self::fits`] says no.
-    pub fn on<'a>(&self, small: &'a SmallScale, control: &Control<'a>) -> Result<Placed<'a>> {
+    pub fn on<'a>(&self, small: &'a SmallScale, control: &Control<'a>) -> Result<PlacedSamples<'a>> {
         let (surface, facets) = self.samples.on(small).ok_or_else(|| Error::Unsupported {
             what: "a surface of other triangles than the one that the samples were drawn on".to_owned(),
             remedy: "draw new samples".to_owned(),
         })?;
-        Ok(Placed { small, tracer: Tracer::of(small, surface, control), facets, samples: self.samples.samples() as f64 })
+        Ok(PlacedSamples { small, tracer: Tracer::of(small, surface, control), facets, samples: self.samples.samples() as f64 })
     }
 }
 
-impl Placed<'_> {
+impl PlacedSamples<'_> {
     /// The shares of `slots` in what the surface reflects, for each pair.
     ///
     /// # Errors
     /// `Interrupted`; failures of the visibility.
-    pub fn shares(&self, pairs: &[Pair], slots: &[Slot]) -> Result<Shares> {
+    pub fn basis_reflectance(&self, pairs: &[Pair], slots: &[Slot]) -> Result<BasisReflectance> {
         let Self { small, tracer, facets, samples } = self;
         let demand = Demand::new(pairs, small.is_reciprocal());
         let bits = tracer.see(facets, &demand.directions)?;
@@ -152,7 +153,7 @@ impl Placed<'_> {
             .map(|(d, &w)| scale * sums::visible_area(facets, w, bits.row(d)).iter().sum::<f64>())
             .collect();
         let mut views = Views::default();
-        let mut shares = Shares { s: Vec::with_capacity(slots.len()), av: vec![0.0; pairs.len()] };
+        let mut shares = BasisReflectance { s: Vec::with_capacity(slots.len()), av: vec![0.0; pairs.len()] };
         for slot in slots {
             let surface = &small.surfaces[slot.surface];
             let brdf = only(&surface.brdf, slot.colour);
@@ -214,8 +215,8 @@ mod tests {
         let slots: Vec<Slot> =
             (0..2).flat_map(|surface| [SlotColour::Diffuse, SlotColour::Specular].map(|colour| Slot { surface, colour })).collect();
         let colours = [[0.45, 0.06, 0.05], [0.25; 3], [0.05, 0.12, 0.40], [0.25; 3]];
-        let shares = Frozen::new(&small, 1 << 14, 3, &pairs(), &control(&cancel)).unwrap();
-        let shares = shares.on(&small, &control(&cancel)).unwrap().shares(&pairs(), &slots).unwrap();
+        let shares = CommonRandomNumbers::new(&small, 1 << 14, 3, &pairs(), &control(&cancel)).unwrap();
+        let shares = shares.on(&small, &control(&cancel)).unwrap().basis_reflectance(&pairs(), &slots).unwrap();
         let quality = Quality { tolerance: 2e-3, ..Quality::default() };
         let exact = effective(&small, &pairs(), &quality, &control(&cancel)).unwrap();
         for (k, value) in exact.values.iter().enumerate() {

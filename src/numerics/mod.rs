@@ -1,0 +1,3 @@
+//! What has no light in it: linear algebra, sampling, statistics.
+
+pub mod randomized_svd;
