@@ -4,7 +4,7 @@ use super::Session;
 use crate::checks::Code;
 use crate::photo::Picture;
 use crate::shoot::SurfaceKind;
-use crate::weave::{self, Analysis, Axis, Measured, Photo, Relief, Weave};
+use crate::weave::{self, Analysis, Axis, Measured, RectifiedPhoto, Relief, Weave};
 use biscale::error::{Error, Result};
 use biscale::formats::capture::Severity;
 use glam::DVec2;
@@ -39,8 +39,8 @@ impl Session<'_> {
             return Ok(nothing);
         }
         let rgb: Vec<[f32; 3]> = (0..good.len()).map(|i| picture.planes.each_ref().map(|p| p[i])).collect();
-        let photo = Photo { width: picture.width, height: picture.height, rgb: &rgb, mask: Some(good), mm_per_pixel: mm_per_px };
-        let options = weave::Options { draft: self.options.draft.clone() };
+        let photo = RectifiedPhoto { width: picture.width, height: picture.height, rgb: &rgb, mask: Some(good), mm_per_pixel: mm_per_px };
+        let options = weave::WeaveOptions { draft: self.options.draft.clone() };
         let analysis = match weave::analyse(&photo, &options) {
             Ok(analysis) => analysis,
             Err(Error::BadInput(bad)) => {
@@ -57,7 +57,7 @@ impl Session<'_> {
             };
             self.checks.valued(code, severity, Some(name), finding.measured, finding.threshold, "", &finding.message);
         }
-        let material = analysis.material(&self.shoot.name, &weave::Guesses::default());
+        let material = analysis.material(&self.shoot.name, &weave::MaterialGuesses::default());
         let Some(found) = &analysis.weave else {
             if let Some(relief) = &analysis.relief {
                 self.report.weave = relief_rows(relief, mm_per_px.is_some());

@@ -2,7 +2,7 @@
 //!
 //! Rows are turned so that row 0 is the lowest: here and in all that follows y points up, as in a material file.
 
-use super::Photo;
+use super::input::RectifiedPhoto;
 use rayon::prelude::*;
 
 /// A square-cut piece of a photograph at one scale.
@@ -30,7 +30,7 @@ const MAX_RATIO: f32 = 4.0;
 impl Field {
     /// Cuts at most `side` x `side` reduced pixels out of the middle of what the mask leaves, `factor` x `factor` averaged to one;
     /// nothing if fewer than `least` are left along an axis.
-    pub fn cut(photo: &Photo<'_>, factor: usize, side: usize, least: usize) -> Option<Self> {
+    pub fn cut(photo: &RectifiedPhoto<'_>, factor: usize, side: usize, least: usize) -> Option<Self> {
         let [x0, x1, y0, y1] = used_box(photo);
         let place = |low: usize, high: usize| {
             let size = ((high - low) / factor).min(side);
@@ -76,7 +76,7 @@ impl Field {
 }
 
 /// First and last + 1 column and row that the mask leaves.
-fn used_box(photo: &Photo<'_>) -> [usize; 4] {
+fn used_box(photo: &RectifiedPhoto<'_>) -> [usize; 4] {
     let Some(mask) = photo.mask else { return [0, photo.width, 0, photo.height] };
     let (mut x0, mut x1, mut y0, mut y1) = (photo.width, 0, photo.height, 0);
     for (y, row) in mask.chunks_exact(photo.width).enumerate() {

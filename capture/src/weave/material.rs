@@ -1,11 +1,12 @@
 //! A measured weave or relief as a material file, which `biscale check`, `eval` and `fit` take.
 
+use super::analysis::{Analysis, Weave};
 use super::relief::{Profile, Relief};
-use super::report::{Analysis, Weave};
+
 
 /// What the photograph does not say, and what is written in its place.
 #[derive(Clone, Copy, Debug)]
-pub struct Guesses {
+pub struct MaterialGuesses {
     /// Reflectance of what has the value 1 in the photograph; divides the colours into albedos.
     pub white_reflectance: f64,
     /// Height of threads over their width where the shading says nothing better.
@@ -14,7 +15,7 @@ pub struct Guesses {
     pub depth: f64,
 }
 
-impl Default for Guesses {
+impl Default for MaterialGuesses {
     fn default() -> Self {
         Self { white_reflectance: 1.0, flatness: 1.0 / 3.0, depth: 0.25 }
     }
@@ -25,7 +26,7 @@ impl Analysis {
     ///
     /// Lengths are in mm; without a scale the `unit` stays mm and a comment says that they are pixels. What was measured is written with
     /// its error, what is a guess says so.
-    pub fn material(&self, name: &str, guesses: &Guesses) -> Option<String> {
+    pub fn material(&self, name: &str, guesses: &MaterialGuesses) -> Option<String> {
         let mut text = String::new();
         let scale = if self.mm_per_pixel.is_some() { "" } else { "# The photograph has no scale: lengths are pixels, written as mm.\n" };
         let name: String = name.chars().filter(|c| !c.is_control() && *c != '"' && *c != '\\').collect();
@@ -51,12 +52,12 @@ fn number(value: f64) -> String {
     if text.ends_with('.') { format!("{text}0") } else { text.to_owned() }
 }
 
-fn albedo(colour: [f64; 3], guesses: &Guesses) -> String {
+fn albedo(colour: [f64; 3], guesses: &MaterialGuesses) -> String {
     let [r, g, b] = colour.map(|c| number((c * guesses.white_reflectance).clamp(0.0, 1.0)));
     format!("[{r}, {g}, {b}]")
 }
 
-fn write_weave(text: &mut String, weave: &Weave, guesses: &Guesses) {
+fn write_weave(text: &mut String, weave: &Weave, guesses: &MaterialGuesses) {
     let mut line = |l: String| {
         text.push_str(&l);
         text.push('\n');
@@ -81,7 +82,7 @@ fn write_weave(text: &mut String, weave: &Weave, guesses: &Guesses) {
     }
 }
 
-fn write_relief(text: &mut String, relief: &Relief, guesses: &Guesses) {
+fn write_relief(text: &mut String, relief: &Relief, guesses: &MaterialGuesses) {
     let mut line = |l: String| {
         text.push_str(&l);
         text.push('\n');

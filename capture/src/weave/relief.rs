@@ -1,7 +1,7 @@
 //! Embossed surfaces: grooves, which repeat along one direction, and pyramids, which repeat along two with nothing crossing.
 
-use super::Photo;
-use super::report::Measured;
+use super::input::RectifiedPhoto;
+use super::measured::Measured;
 use super::scale::Scale;
 use glam::DVec2;
 use serde::Serialize;
@@ -91,7 +91,7 @@ pub(super) fn repeating(scale: &Scale) -> f64 {
 }
 
 /// The relief that a lattice of one or two vectors shows.
-pub(super) fn describe(photo: &Photo<'_>, scale: &Scale) -> Relief {
+pub(super) fn describe(photo: &RectifiedPhoto<'_>, scale: &Scale) -> Relief {
     let unit = photo.mm_per_pixel.unwrap_or(1.0) * scale.field.factor as f64;
     let field = &scale.field;
     let (mut colour, mut count) = ([0.0; 3], 0.0_f64);

@@ -1,6 +1,6 @@
 //! At which scale, and in windows of which size, a photograph shows its repetition best.
 
-use super::Photo;
+use super::input::RectifiedPhoto;
 use super::field::Field;
 use super::lattice::Lattice;
 use super::spectrum::{Peak, Spectrum};
@@ -32,7 +32,7 @@ const LARGE: f64 = 40.0;
 const MIN_WINDOW: usize = 96;
 
 /// The scale where a lattice explains the photograph's peaks, or nothing if there is none: then the best score, and the least that counts.
-pub(super) fn find(photo: &Photo<'_>) -> Result<Scale, (f64, f64)> {
+pub(super) fn find(photo: &RectifiedPhoto<'_>) -> Result<Scale, (f64, f64)> {
     let mut scales: Vec<Scale> = Vec::new();
     let mut factor = 1;
     while let Some(field) = Field::cut(photo, factor, SIDE, MIN_SIDE) {

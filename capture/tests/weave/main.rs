@@ -5,7 +5,7 @@ mod catalogue;
 mod cloth;
 
 use biscale::geometry::weave::draft::Draft;
-use biscale_capture::weave::{Analysis, Class, Code, Direction, Guesses, Options, Photo, Profile, analyse};
+use biscale_capture::weave::{Analysis, Class, Code, Direction, MaterialGuesses, Profile, RectifiedPhoto, WeaveOptions, analyse};
 use cloth::{Cloth, Picture};
 
 /// A two-coloured plain cloth under light from the side.
@@ -32,8 +32,8 @@ fn base() -> Cloth {
 }
 
 fn see(picture: &Picture) -> Analysis {
-    let photo = Photo { width: picture.width, height: picture.height, rgb: &picture.rgb, mask: None, mm_per_pixel: None };
-    analyse(&photo, &Options::default()).unwrap()
+    let photo = RectifiedPhoto { width: picture.width, height: picture.height, rgb: &picture.rgb, mask: None, mm_per_pixel: None };
+    analyse(&photo, &WeaveOptions::default()).unwrap()
 }
 
 const ONE_COLOUR: [[f64; 3]; 3] = [[0.5, 0.45, 0.4], [0.5, 0.45, 0.4], [0.02, 0.02, 0.02]];
@@ -181,7 +181,7 @@ fn grooves_are_measured_and_written() {
     let saw = see(&drawn(400, |x, y| 0.9 - 0.5 * side(place(x, y), 0.2), 0.03));
     assert!(matches!(saw.relief.clone().unwrap().profile, Profile::Sawtooth { steep } if (steep - 0.2).abs() < 0.04), "{:?}", saw.relief);
     for analysis in [v, saw] {
-        builds(&analysis.material("grooves", &Guesses::default()).unwrap());
+        builds(&analysis.material("grooves", &MaterialGuesses::default()).unwrap());
     }
 }
 
@@ -218,38 +218,38 @@ fn builds(text: &str) -> usize {
 fn a_cloth_becomes_a_material_file_and_a_given_draft_is_kept() {
     let cloth = Cloth { draft: Cloth::draft_of(2, 2, 1), ..base() };
     let picture = cloth.draw();
-    let photo = Photo { width: picture.width, height: picture.height, rgb: &picture.rgb, mask: None, mm_per_pixel: Some(0.02) };
-    let analysis = analyse(&photo, &Options::default()).unwrap();
+    let photo = RectifiedPhoto { width: picture.width, height: picture.height, rgb: &picture.rgb, mask: None, mm_per_pixel: Some(0.02) };
+    let analysis = analyse(&photo, &WeaveOptions::default()).unwrap();
     let weave = analysis.weave.clone().unwrap();
     assert!((weave.warp.pitch.value / (16.0 * 0.02) - 1.0).abs() < 0.01, "{:?}", weave.warp.pitch);
     let colour = |c: [f64; 3]| if c[0] > c[2] { "red" } else { "blue" };
     assert_eq!((colour(weave.warp.colour), colour(weave.weft.colour)), ("red", "blue"));
-    assert!(builds(&analysis.material("cloth", &Guesses::default()).unwrap()) > 100);
+    assert!(builds(&analysis.material("cloth", &MaterialGuesses::default()).unwrap()) > 100);
     let given = Draft::from_fn(4, 4, |i, j| cloth.draft[j][i]);
-    let known = analyse(&photo, &Options { draft: Some(given.clone()) }).unwrap().weave.unwrap();
+    let known = analyse(&photo, &WeaveOptions { draft: Some(given.clone()) }).unwrap().weave.unwrap();
     assert_eq!((known.draft, known.confidence), (given, 1.0));
     // A draft that the cloth cannot have.
-    let other = analyse(&photo, &Options { draft: Some(Draft::shifted(4, 1, 2)) }).unwrap();
+    let other = analyse(&photo, &WeaveOptions { draft: Some(Draft::shifted(4, 1, 2)) }).unwrap();
     assert_eq!(codes(&other), [Code::AmbiguousWeave]);
 }
 
 #[test]
 fn bad_input_is_refused() {
     let rgb = vec![[0.5_f32; 3]; 64 * 64];
-    let good = Photo { width: 64, height: 64, rgb: &rgb, mask: None, mm_per_pixel: None };
+    let good = RectifiedPhoto { width: 64, height: 64, rgb: &rgb, mask: None, mm_per_pixel: None };
     let nothing = vec![false; 64 * 64];
-    assert_eq!(codes(&analyse(&Photo { mask: Some(&nothing), ..good }, &Options::default()).unwrap()), [Code::NoPeriod]);
+    assert_eq!(codes(&analyse(&RectifiedPhoto { mask: Some(&nothing), ..good }, &WeaveOptions::default()).unwrap()), [Code::NoPeriod]);
     for bad in [
-        Photo { width: 65, ..good },
-        Photo { mask: Some(&nothing[1..]), ..good },
-        Photo { mm_per_pixel: Some(f64::NAN), ..good },
-        Photo { width: 32, height: 128, ..good },
+        RectifiedPhoto { width: 65, ..good },
+        RectifiedPhoto { mask: Some(&nothing[1..]), ..good },
+        RectifiedPhoto { mm_per_pixel: Some(f64::NAN), ..good },
+        RectifiedPhoto { width: 32, height: 128, ..good },
     ] {
-        assert!(matches!(analyse(&bad, &Options::default()), Err(biscale::Error::BadInput(_))));
+        assert!(matches!(analyse(&bad, &WeaveOptions::default()), Err(biscale::Error::BadInput(_))));
     }
     let mut broken = rgb.clone();
     broken[70][1] = f32::NAN;
-    let error = analyse(&Photo { rgb: &broken, ..good }, &Options::default()).unwrap_err().to_string();
+    let error = analyse(&RectifiedPhoto { rgb: &broken, ..good }, &WeaveOptions::default()).unwrap_err().to_string();
     assert!(error.contains("column 6, row 1"), "{error}");
 }
 
@@ -265,8 +265,8 @@ fn real_fabrics_have_their_periods_and_classes() {
         let path = std::path::Path::new(&folder).join(format!("fabric_photos/{name}.png"));
         let image = image::open(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display())).to_rgb8();
         let rgb: Vec<[f32; 3]> = image.pixels().map(|p| p.0.map(|v| (f32::from(v) / 255.0).powf(2.2))).collect();
-        let photo = Photo { width: 512, height: 512, rgb: &rgb, mask: None, mm_per_pixel: None };
-        let analysis = analyse(&photo, &Options::default()).unwrap();
+        let photo = RectifiedPhoto { width: 512, height: 512, rgb: &rgb, mask: None, mm_per_pixel: None };
+        let analysis = analyse(&photo, &WeaveOptions::default()).unwrap();
         // Threads of two to four pixels: the repeat can be told, what is on top cannot.
         let codes = codes(&analysis);
         assert!(codes.contains(&Code::Undersampled), "{name}: {:?}", analysis.findings);
@@ -305,8 +305,8 @@ fn the_independent_close_up_is_measured() {
         let rgb: Vec<[f32; 3]> = image.layer_data.channel_data.pixels.concat();
         // 384 pixels see 2 tan(fov / 2) times the distance.
         let width = 2.0 * (15.822_834_469_466_f64 / 2.0).to_radians().tan() * 22.0_f64.hypot(1.0);
-        let photo = Photo { width: 384, height: 384, rgb: &rgb, mask: None, mm_per_pixel: Some(width / 384.0) };
-        let weave = analyse(&photo, &Options::default()).unwrap().weave.unwrap();
+        let photo = RectifiedPhoto { width: 384, height: 384, rgb: &rgb, mask: None, mm_per_pixel: Some(width / 384.0) };
+        let weave = analyse(&photo, &WeaveOptions::default()).unwrap().weave.unwrap();
         println!("{name}: width {:?} {:?}, drawn .42 and .34", weave.warp.width, weave.weft.width);
         assert_eq!(weave.class, Class::Plain);
         for axis in [weave.warp, weave.weft] {

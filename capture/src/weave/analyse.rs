@@ -1,0 +1,84 @@
+//! The analysis, step by step: what repeats, whether threads explain it, and what else could.
+
+use super::analysis::Analysis;
+use super::finding::{Code, Finding};
+use super::input::{RectifiedPhoto, WeaveOptions, check};
+use super::orientation::Edges;
+use super::{cloth, relief, scale, threads};
+use biscale::error::Result;
+
+/// Fewest pixels from thread to thread for which a draft is trusted.
+pub const MIN_PIXELS_A_THREAD: f64 = 8.0;
+/// Most of the variation of a photograph that a cloth may leave unexplained.
+pub const MAX_UNEXPLAINED: f64 = 0.5;
+/// The next best draft must leave at least this much more unexplained: confidence is 1 - best / next best.
+pub const MIN_CONFIDENCE: f64 = 0.05;
+
+/// Analyses a photograph.
+///
+/// A photograph that cannot be understood is no error: the findings say what is missing, with what was measured and what is needed, and
+/// the parts of the result that depend on it are `None`.
+///
+/// # Errors
+/// Bad input if sizes do not fit together, if there are fewer than [`MIN_SIDE`] pixels a side, or if a value is not a number.
+pub fn analyse(photo: &RectifiedPhoto<'_>, options: &WeaveOptions) -> Result<Analysis> {
+    check(photo)?;
+    let mut result =
+        Analysis { mm_per_pixel: photo.mm_per_pixel, turn_deg: None, edge_turn_deg: None, weave: None, relief: None, findings: Vec::new() };
+    let scale = match scale::find(photo) {
+        Ok(scale) => scale,
+        Err((measured, threshold)) => {
+            let message = "nothing in the photograph repeats: take a sharper one, nearer, with more of the surface in it".to_owned();
+            result.findings.push(Finding { code: Code::NoPeriod, message, measured, threshold });
+            return Ok(result);
+        }
+    };
+    let edges = Edges::of(&scale.field);
+    let found = cloth::find(&scale, &edges, options.draft.as_ref());
+    let Some(cloth) = found.filter(|c| !c.guesses.is_empty()) else {
+        // It repeats along one direction, or so that no threads can lie in it.
+        if options.draft.is_some() {
+            let message = "the photograph repeats, but not as a cloth of the given draft does".to_owned();
+            result.findings.push(Finding { code: Code::AmbiguousWeave, message, measured: 1.0, threshold: MAX_UNEXPLAINED });
+            return Ok(result);
+        }
+        if scale.lattice.basis.len() == 1 {
+            let measured = relief::repeating(&scale);
+            if measured < relief::MIN_REPEATING {
+                let message = format!(
+                    "brightness changes across one direction, but only {:.0} % of that repeats, as at an edge or a shadow: show more of the surface",
+                    100.0 * measured
+                );
+                result.findings.push(Finding { code: Code::NoPeriod, message, measured, threshold: relief::MIN_REPEATING });
+                return Ok(result);
+            }
+        }
+        let relief = relief::describe(photo, &scale);
+        result.turn_deg = Some(relief.turn_deg);
+        result.relief = Some(relief);
+        return Ok(result);
+    };
+    let turns = cloth.grid.turns();
+    result.turn_deg = Some(0.5 * (turns[0] + turns[1]).to_degrees());
+    result.edge_turn_deg = Some(edges.sharpen(0.5 * (turns[0] + turns[1])).to_degrees());
+    let weave = threads::describe(photo, &scale, &cloth, options.draft.as_ref());
+    let fewest = weave.warp.pixels.min(weave.weft.pixels);
+    if fewest < MIN_PIXELS_A_THREAD {
+        let message = format!(
+            "threads are {fewest:.1} pixels apart: what is on top is a guess; photograph from nearer, {MIN_PIXELS_A_THREAD} pixels a thread or more"
+        );
+        result.findings.push(Finding { code: Code::Undersampled, message, measured: fewest, threshold: MIN_PIXELS_A_THREAD });
+    }
+    if weave.unexplained > MAX_UNEXPLAINED {
+        let message = format!("no draft explains more than {:.0} % of what the photograph shows", 100.0 * (1.0 - weave.unexplained));
+        let (measured, threshold) = (weave.unexplained, MAX_UNEXPLAINED);
+        result.findings.push(Finding { code: Code::AmbiguousWeave, message, measured, threshold });
+    } else if weave.confidence < MIN_CONFIDENCE {
+        let message =
+            format!("another draft explains the photograph nearly as well as {}: give the draft, or a photograph from nearer", weave.class);
+        let (measured, threshold) = (weave.confidence, MIN_CONFIDENCE);
+        result.findings.push(Finding { code: Code::AmbiguousWeave, message, measured, threshold });
+    }
+    result.weave = Some(weave);
+    Ok(result)
+}
