@@ -8,7 +8,7 @@ use glam::DVec2;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Board {
     /// What it is.
-    pub kind: Kind,
+    pub kind: BoardKind,
     /// The markers' dictionary; none of a chessboard.
     pub dictionary: Option<Dictionary>,
     /// Markers: number, and corners from its own upper left clockwise.
@@ -21,7 +21,7 @@ pub struct Board {
 
 /// A kind of board.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Kind {
+pub enum BoardKind {
     /// Chessboard with so many inner corners.
     Chessboard {
         /// Across.
@@ -53,7 +53,7 @@ impl Board {
     pub fn chessboard(columns: u32, rows: u32, side: f64) -> Self {
         let size = side * DVec2::new(f64::from(columns) + 1.0, f64::from(rows) + 1.0);
         let corners = inner_corners(columns, rows, side, size.y);
-        Self { kind: Kind::Chessboard { columns, rows }, dictionary: None, markers: Vec::new(), corners, size }
+        Self { kind: BoardKind::Chessboard { columns, rows }, dictionary: None, markers: Vec::new(), corners, size }
     }
 
     /// Markers in the white squares of a chessboard of `columns` x `rows` squares, numbered row by row from the upper left. `black_first` says
@@ -72,7 +72,7 @@ impl Board {
             }
         }
         let corners = inner_corners(columns - 1, rows - 1, side, size.y);
-        let kind = Kind::Charuco { columns, rows, square: side, marker };
+        let kind = BoardKind::Charuco { columns, rows, square: side, marker };
         Self { kind, dictionary: Some(dictionary.clone()), markers, corners, size }
     }
 
@@ -82,14 +82,14 @@ impl Board {
         let size = DVec2::new(f64::from(columns), f64::from(rows)) * pitch - gap;
         let place = |k: u32| DVec2::new(f64::from(k % columns) * pitch, size.y - f64::from(k / columns) * pitch);
         let markers = (0..columns * rows).map(|k| (first + as_id(k as usize), square(place(k), marker))).collect();
-        Self { kind: Kind::Markers, dictionary: Some(dictionary.clone()), markers, corners: Vec::new(), size }
+        Self { kind: BoardKind::Markers, dictionary: Some(dictionary.clone()), markers, corners: Vec::new(), size }
     }
 
     /// The markers of a sheet, flat on the table; places on its page.
     pub fn of_sheet(sheet: &Sheet) -> Self {
         let markers: Vec<(i32, [DVec2; 4])> = sheet.markers.iter().map(|m| (m.id, m.corners_mm.map(DVec2::from))).collect();
         let size = markers.iter().flat_map(|m| m.1).fold(DVec2::ZERO, DVec2::max);
-        Self { kind: Kind::Markers, dictionary: Some(sheet.dictionary.clone()), markers, corners: Vec::new(), size }
+        Self { kind: BoardKind::Markers, dictionary: Some(sheet.dictionary.clone()), markers, corners: Vec::new(), size }
     }
 
     /// How many corners it offers to calibration: of the chessboard, else of the markers.

@@ -4,8 +4,8 @@ use biscale::formats::capture::{Check, Severity};
 
 /// A code of the catalogue, with what it is about. `docs/capture.md` lists them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[expect(missing_docs, reason = "the names are the codes; `Code::about` says what each is")]
-pub enum Code {
+#[expect(missing_docs, reason = "the names are the codes; `CheckCode::about` says what each is")]
+pub enum CheckCode {
     Unreadable,
     WrongSize,
     NotLinear,
@@ -36,37 +36,37 @@ pub enum Code {
 }
 
 /// All codes with their names and meanings, in the order of the work.
-pub const CATALOGUE: [(Code, &str, &str); 27] = [
-    (Code::Unreadable, "UNREADABLE", "a file is no image, or damaged"),
-    (Code::WrongSize, "WRONG_SIZE", "a photograph has another size than the others"),
-    (Code::NotLinear, "NOT_LINEAR", "values are not proportional to light"),
-    (Code::AssumedSrgb, "ASSUMED_SRGB", "8-bit values were taken as sRGB, as asked"),
-    (Code::Clipped, "CLIPPED", "pixels of the sample are saturated"),
-    (Code::Underexposed, "UNDEREXPOSED", "the sample uses a small part of the scale"),
-    (Code::Blurry, "BLURRY", "edges of the markers are spread"),
-    (Code::SettingsChanged, "SETTINGS_CHANGED", "aperture, focal length or camera changed between photographs"),
-    (Code::NoExposure, "NO_EXPOSURE", "neither the file nor the shoot file says the exposure"),
-    (Code::BoardNotFound, "BOARD_NOT_FOUND", "no board or marker of the sheet is seen"),
-    (Code::BoardPartial, "BOARD_PARTIAL", "few of the board's corners are seen"),
-    (Code::OtherMarkers, "OTHER_MARKERS", "markers of another family are seen"),
-    (Code::TooFewViews, "TOO_FEW_VIEWS", "too few views of the board"),
-    (Code::BadCoverage, "BAD_COVERAGE", "the views leave parts of the picture without corners"),
-    (Code::CalibrationError, "CALIBRATION_ERROR", "the calibrated camera does not explain its views, or is uncertain"),
-    (Code::ScaleMismatch, "SCALE_MISMATCH", "lengths disagree: the print is not at 100 %, or a length is wrong"),
-    (Code::PoseError, "POSE_ERROR", "the markers do not lie where the shape says"),
-    (Code::NoScale, "NO_SCALE", "nothing tells how large the close-up is"),
-    (Code::UnevenLight, "UNEVEN_LIGHT", "the light is not even"),
-    (Code::CheckerNotFound, "CHECKER_NOT_FOUND", "no colour checker is seen"),
-    (Code::CheckerBadFit, "CHECKER_BAD_FIT", "the colours of the checker are not reached"),
-    (Code::LightNotFound, "LIGHT_NOT_FOUND", "a light's direction cannot be told"),
-    (Code::LightInconsistent, "LIGHT_INCONSISTENT", "two sources disagree on a light's direction"),
-    (Code::SameLight, "SAME_LIGHT", "the validation photograph is under the light of the others"),
-    (Code::Undersampled, "UNDERSAMPLED", "threads are too few pixels wide"),
-    (Code::NoPeriod, "NO_PERIOD", "the close-up does not repeat"),
-    (Code::AmbiguousWeave, "AMBIGUOUS_WEAVE", "more than one weave explains the close-up"),
+pub const CATALOGUE: [(CheckCode, &str, &str); 27] = [
+    (CheckCode::Unreadable, "UNREADABLE", "a file is no image, or damaged"),
+    (CheckCode::WrongSize, "WRONG_SIZE", "a photograph has another size than the others"),
+    (CheckCode::NotLinear, "NOT_LINEAR", "values are not proportional to light"),
+    (CheckCode::AssumedSrgb, "ASSUMED_SRGB", "8-bit values were taken as sRGB, as asked"),
+    (CheckCode::Clipped, "CLIPPED", "pixels of the sample are saturated"),
+    (CheckCode::Underexposed, "UNDEREXPOSED", "the sample uses a small part of the scale"),
+    (CheckCode::Blurry, "BLURRY", "edges of the markers are spread"),
+    (CheckCode::SettingsChanged, "SETTINGS_CHANGED", "aperture, focal length or camera changed between photographs"),
+    (CheckCode::NoExposure, "NO_EXPOSURE", "neither the file nor the shoot file says the exposure"),
+    (CheckCode::BoardNotFound, "BOARD_NOT_FOUND", "no board or marker of the sheet is seen"),
+    (CheckCode::BoardPartial, "BOARD_PARTIAL", "few of the board's corners are seen"),
+    (CheckCode::OtherMarkers, "OTHER_MARKERS", "markers of another family are seen"),
+    (CheckCode::TooFewViews, "TOO_FEW_VIEWS", "too few views of the board"),
+    (CheckCode::BadCoverage, "BAD_COVERAGE", "the views leave parts of the picture without corners"),
+    (CheckCode::CalibrationError, "CALIBRATION_ERROR", "the calibrated camera does not explain its views, or is uncertain"),
+    (CheckCode::ScaleMismatch, "SCALE_MISMATCH", "lengths disagree: the print is not at 100 %, or a length is wrong"),
+    (CheckCode::PoseError, "POSE_ERROR", "the markers do not lie where the shape says"),
+    (CheckCode::NoScale, "NO_SCALE", "nothing tells how large the close-up is"),
+    (CheckCode::UnevenLight, "UNEVEN_LIGHT", "the light is not even"),
+    (CheckCode::CheckerNotFound, "CHECKER_NOT_FOUND", "no colour checker is seen"),
+    (CheckCode::CheckerBadFit, "CHECKER_BAD_FIT", "the colours of the checker are not reached"),
+    (CheckCode::LightNotFound, "LIGHT_NOT_FOUND", "a light's direction cannot be told"),
+    (CheckCode::LightInconsistent, "LIGHT_INCONSISTENT", "two sources disagree on a light's direction"),
+    (CheckCode::SameLight, "SAME_LIGHT", "the validation photograph is under the light of the others"),
+    (CheckCode::Undersampled, "UNDERSAMPLED", "threads are too few pixels wide"),
+    (CheckCode::NoPeriod, "NO_PERIOD", "the close-up does not repeat"),
+    (CheckCode::AmbiguousWeave, "AMBIGUOUS_WEAVE", "more than one weave explains the close-up"),
 ];
 
-impl Code {
+impl CheckCode {
     fn entry(self) -> (&'static str, &'static str) {
         CATALOGUE.iter().find(|c| c.0 == self).map_or(("", ""), |c| (c.1, c.2))
     }
@@ -126,13 +126,36 @@ pub const SAME_LIGHT_DEG: f64 = 10.0;
 /// Share of a board's corners: below it is partial.
 pub const PARTIAL: f64 = 0.5;
 
+/// A value that a check judges.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading<'a> {
+    /// The photograph that it was measured in; none of the whole shoot.
+    pub photograph: Option<&'a str>,
+    /// The value.
+    pub value: f64,
+    /// Its unit, or what it is a share of.
+    pub unit: &'a str,
+}
+
+impl<'a> Reading<'a> {
+    /// A value measured in one photograph.
+    pub fn of(photograph: &'a str, value: f64, unit: &'a str) -> Self {
+        Self { photograph: Some(photograph), value, unit }
+    }
+
+    /// A value of the whole shoot.
+    pub fn of_shoot(value: f64, unit: &'a str) -> Self {
+        Self { photograph: None, value, unit }
+    }
+}
+
 /// All checks of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Checks(pub Vec<Check>);
 
 impl Checks {
     /// Adds one.
-    pub fn add(&mut self, code: Code, severity: Severity, photograph: Option<&str>, message: impl Into<String>) -> &mut Check {
+    pub fn add(&mut self, code: CheckCode, severity: Severity, photograph: Option<&str>, message: impl Into<String>) -> &mut Check {
         self.0.push(Check {
             code: code.name().to_owned(),
             severity,
@@ -145,46 +168,26 @@ impl Checks {
         self.0.last_mut().expect("one was just added")
     }
 
-    /// Adds one by its limits; `good` and `bad` are what is said.
-    #[expect(clippy::too_many_arguments, reason = "these are the fields of a check")]
-    pub fn limit(
-        &mut self,
-        code: Code,
-        photograph: Option<&str>,
-        measured: f64,
-        limits: Limits,
-        unit: &str,
-        good: &str,
-        bad: &str,
-    ) -> Severity {
-        let severity = if !(measured <= limits.fail) {
+    /// Adds a check of a value by its limits, with what is said if it holds and if it does not; returns how severe it is.
+    pub fn limit(&mut self, code: CheckCode, reading: Reading<'_>, limits: Limits, good: &str, bad: &str) -> Severity {
+        let severity = if !(reading.value <= limits.fail) {
             Severity::Fail
-        } else if measured > limits.warn {
+        } else if reading.value > limits.warn {
             Severity::Warn
         } else {
             Severity::Ok
         };
         let threshold = if severity == Severity::Fail { limits.fail } else { limits.warn };
-        self.valued(code, severity, photograph, measured, threshold, unit, if severity == Severity::Ok { good } else { bad });
+        self.valued(code, severity, reading, threshold, if severity == Severity::Ok { good } else { bad });
         severity
     }
 
-    /// Adds one with its measured value.
-    #[expect(clippy::too_many_arguments, reason = "these are the fields of a check")]
-    pub fn valued(
-        &mut self,
-        code: Code,
-        severity: Severity,
-        photograph: Option<&str>,
-        measured: f64,
-        threshold: f64,
-        unit: &str,
-        message: &str,
-    ) {
-        let check = self.add(code, severity, photograph, message);
-        check.measured = measured.is_finite().then_some(measured);
+    /// Adds a check with its measured value.
+    pub fn valued(&mut self, code: CheckCode, severity: Severity, reading: Reading<'_>, threshold: f64, message: &str) {
+        let check = self.add(code, severity, reading.photograph, message);
+        check.measured = reading.value.is_finite().then_some(reading.value);
         check.threshold = Some(threshold);
-        unit.clone_into(&mut check.unit);
+        reading.unit.clone_into(&mut check.unit);
     }
 
     /// The worst of them.
@@ -201,7 +204,7 @@ mod tests {
     fn limits_decide_and_what_is_no_number_fails() {
         let mut checks = Checks::default();
         for (measured, severity) in [(1.0, Severity::Ok), (2.5, Severity::Warn), (5.5, Severity::Fail), (f64::NAN, Severity::Fail)] {
-            assert_eq!(checks.limit(Code::Blurry, None, measured, BLURRY, "px", "good", "bad"), severity, "{measured}");
+            assert_eq!(checks.limit(CheckCode::Blurry, Reading::of_shoot(measured, "px"), BLURRY, "good", "bad"), severity, "{measured}");
         }
         assert_eq!(checks.worst(), Severity::Fail);
         assert_eq!((checks.0[1].measured, checks.0[1].threshold, &*checks.0[1].code), (Some(2.5), Some(2.0), "BLURRY"));

@@ -32,12 +32,12 @@ pub enum Dictionary {
     /// One of `OpenCV`'s, by one of [`names`].
     Predefined(&'static str),
     /// One that was read from a file.
-    Own(Arc<Own>),
+    Custom(Arc<CustomDictionary>),
 }
 
 /// A dictionary of one's own.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Own {
+pub struct CustomDictionary {
     /// Name of its file.
     pub name: String,
     /// Bits along the side of a marker, without its border.
@@ -70,21 +70,21 @@ impl Dictionary {
             let remedy = "name a file as OpenCV's `Dictionary::writeDictionary` writes it";
             return Err(BadInput::new(format!("the file has {length} bytes, no dictionary has"), remedy).in_file(path).into());
         }
-        Own::parse(&Source::read(path)?).map(|own| Self::Own(Arc::new(own)))
+        CustomDictionary::parse(&Source::read(path)?).map(|own| Self::Custom(Arc::new(own)))
     }
 
     /// Its name: `OpenCV`'s, or that of its file.
     pub fn name(&self) -> &str {
         match self {
             Self::Predefined(name) => name,
-            Self::Own(own) => &own.name,
+            Self::Custom(own) => &own.name,
         }
     }
 
     /// Cells along the side of its markers, the black border of one cell on each side included.
     pub fn cells(&self) -> usize {
         match self {
-            Self::Own(own) => own.side + 2,
+            Self::Custom(own) => own.side + 2,
             Self::Predefined(name) => match name.as_bytes().get(5) {
                 Some(digit @ b'4'..=b'7') => usize::from(digit - b'0') + 2,
                 // The original one has 5 x 5 bits.
@@ -96,13 +96,13 @@ impl Dictionary {
     /// How many markers it has: their numbers are less.
     pub fn count(&self) -> usize {
         match self {
-            Self::Own(own) => own.markers.len(),
+            Self::Custom(own) => own.markers.len(),
             Self::Predefined(name) => name.rsplit('_').next().and_then(|n| n.parse().ok()).unwrap_or(1024),
         }
     }
 }
 
-impl Own {
+impl CustomDictionary {
     fn parse(source: &Source) -> Result<Self> {
         let bad = |line: usize, problem: String, remedy: &str| -> Error {
             BadInput::new(problem, remedy).in_file(&source.path).at_line(line).into()
@@ -222,8 +222,8 @@ fn nearest(markers: &[Vec<bool>], side: usize) -> (usize, (usize, usize)) {
 mod tests {
     use super::*;
 
-    fn parsed(text: &str) -> Result<Own> {
-        Own::parse(&Source { path: "markers.yml".into(), text: text.to_owned() })
+    fn parsed(text: &str) -> Result<CustomDictionary> {
+        CustomDictionary::parse(&Source { path: "markers.yml".into(), text: text.to_owned() })
     }
 
     const GOOD: &str = "%YAML:1.0\n---\n# three of 3 x 3\nnmarkers: 3\nmarkersize: 3\nmarker_0: \"110100000\"\nmarker_1: '111110101'\nmarker_2: 001011000\n";
@@ -237,7 +237,7 @@ mod tests {
         // All 16 bits of one against its turns by hand: corners 1000 and edges apart.
         let four = parsed("nmarkers: 2\nmarkersize: 4\nmarker_0: 1111111100000000\nmarker_1: 1000000000000000\n").unwrap();
         assert_eq!(nearest(&four.markers, 4), (2, (1, 1)));
-        let dictionary = Dictionary::Own(Arc::new(four));
+        let dictionary = Dictionary::Custom(Arc::new(four));
         assert_eq!((dictionary.cells(), dictionary.count(), dictionary.name()), (6, 2, "markers.yml"));
         let named = |name| Dictionary::named(name).map(|d| (d.cells(), d.count()));
         assert_eq!(named("DICT_7X7_1000"), Some((9, 1000)));

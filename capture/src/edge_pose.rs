@@ -11,28 +11,49 @@
 //! whatever the blur, as long as that is symmetric. The pose is fitted to the distances between these places and where the sides should be seen, on the
 //! surface as it is: sides of markers on a cylinder are bent as they are.
 
-use crate::edges::Grey;
+use crate::edges::GreyImage;
 use crate::least_squares;
 use crate::lens::{Lens, Pose};
-use crate::pose::{Found, Sighting, rms};
+use crate::pose::{PoseEstimate, Sighting, rms};
 use glam::{DVec2, DVec3};
 
-/// Least and largest distance from a side to which the light is looked at, px.
-const REACH: [f64; 2] = [2.0, 6.0];
-/// The same in cells of the marker: its border is one wide, and so is the white around it.
-const REACH_CELLS: f64 = 0.8;
-/// Step across a side, px.
-const STEP: f64 = 0.25;
-/// Places on a side, at most.
-const PLACES: f64 = 24.0;
-/// Least step of light over a side, of the lighter one.
-const LEAST_CONTRAST: f64 = 0.2;
-/// Surfaces seen more obliquely than this cosine are left out.
-const LEAST_COSINE: f64 = 0.25;
-/// Fewest places that are better than corners.
-const FEWEST: usize = 40;
-/// Rounds; after the first one the profiles are taken at better places.
-const ROUNDS: usize = 3;
+/// Where and how sides of markers are measured. All values are chosen, not measured; the test below holds the result to 0.03 degrees and 0.03 mm.
+struct EdgeParams {
+    /// Least and largest distance from a side to which the light is looked at, px: the blur of an edge must fit into the least, and the largest keeps other
+    /// things out.
+    reach_px: [f64; 2],
+    /// The same distance in cells of the marker: its border is one wide, and so is the white around it.
+    reach_cells: f64,
+    /// Step across a side, px.
+    step_px: f64,
+    /// Places on a side, at most.
+    places: f64,
+    /// Least step of light over a side, of the lighter one.
+    least_contrast: f64,
+    /// Cosine between normal and view below which an edge is left out (75 degrees).
+    least_cosine: f64,
+    /// Fewest edge points that are better than corners.
+    fewest: usize,
+    /// Rounds; after the first one the profiles are taken at better places.
+    rounds: usize,
+    /// Edge points farther off than this many medians are left out, and never those below the second value, px.
+    outliers: (f64, f64),
+    /// The result is kept if the corners' RMS is at most this many times that of the start, and so many pixels more.
+    accepted_rms: (f64, f64),
+}
+
+const PARAMS: EdgeParams = EdgeParams {
+    reach_px: [2.0, 6.0],
+    reach_cells: 0.8,
+    step_px: 0.25,
+    places: 24.0,
+    least_contrast: 0.2,
+    least_cosine: 0.25,
+    fewest: 40,
+    rounds: 3,
+    outliers: (5.0, 0.2),
+    accepted_rms: (1.5, 0.5),
+};
 
 /// A place of an edge: the point of the sample, where it is seen, and the direction across.
 struct Edge {
@@ -41,46 +62,53 @@ struct Edge {
     across: DVec2,
 }
 
-/// Improves a pose by the sides of markers. `markers` are their corners on the print, in order around each; `cells` is how many cells a side has; `place` takes
-/// a point of the print to the sample's frame, with its outward normal.
+/// Markers as they are printed.
+#[derive(Clone, Copy)]
+pub struct PrintedMarkers<'a> {
+    /// Corners of each on the print, in order around it.
+    pub corners: &'a [[DVec2; 4]],
+    /// Cells of a side, with the black border.
+    pub cells: f64,
+    /// Takes a point of the print to the sample's frame, with its outward normal.
+    pub place: &'a dyn Fn(DVec2) -> (DVec3, DVec3),
+}
+
+/// Improves a pose by the sides of markers.
 ///
 /// Returns `start` itself where too few sides are seen well, or what they say does not hold together. `rms_px` is that of `corners` for the new pose.
 pub fn refine(
-    start: &Found,
+    start: &PoseEstimate,
     corners: &[Sighting],
     lens: &Lens,
-    image: &impl Grey,
-    markers: &[[DVec2; 4]],
-    cells: f64,
-    place: &dyn Fn(DVec2) -> (DVec3, DVec3),
-) -> Found {
+    image: &impl GreyImage,
+    markers: &PrintedMarkers<'_>,
+) -> PoseEstimate {
     let mut best = start.clone();
-    for _ in 0..ROUNDS {
-        let edges: Vec<Edge> = markers.iter().flat_map(|m| of_marker(m, cells, &best.pose, lens, image, place)).collect();
+    for _ in 0..PARAMS.rounds {
+        let edges: Vec<Edge> = markers.corners.iter().flat_map(|m| edges_of_marker(m, &best.pose, lens, image, markers)).collect();
         let Some((pose, turn, shift)) = fit(&best.pose, edges, lens) else { return start.clone() };
         (best.pose, best.sigma_turn, best.sigma_shift) = (pose, turn, shift);
     }
     let used: Vec<Sighting> = corners.iter().zip(&start.used).filter(|(_, u)| **u).map(|(s, _)| *s).collect();
     best.rms_px = rms(&best.pose, &used, lens);
     // Edges of something else would take the pose away from the corners.
-    if best.rms_px < 1.5 * start.rms_px + 0.5 { best } else { start.clone() }
+    if best.rms_px < PARAMS.accepted_rms.0 * start.rms_px + PARAMS.accepted_rms.1 { best } else { start.clone() }
 }
 
-/// Places along the four sides of a marker.
-fn of_marker(
+/// Edge points along the four sides of a marker.
+fn edges_of_marker(
     corners: &[DVec2; 4],
-    cells: f64,
     pose: &Pose,
     lens: &Lens,
-    image: &impl Grey,
-    place: &dyn Fn(DVec2) -> (DVec3, DVec3),
+    image: &impl GreyImage,
+    &PrintedMarkers { cells, place, .. }: &PrintedMarkers<'_>,
 ) -> Vec<Edge> {
     let middle = corners.iter().sum::<DVec2>() / 4.0;
     let eye = pose.eye();
     let seen = |p: DVec2| {
         let (point, normal) = place(p);
         let facing = normal.dot((eye - point).normalize());
-        lens.project(pose.to_camera(point)).filter(|_| facing > LEAST_COSINE).map(|pixel| (point, pixel))
+        lens.project(pose.to_camera(point)).filter(|_| facing > PARAMS.least_cosine).map(|pixel| (point, pixel))
     };
     let mut out = Vec::new();
     for k in 0..4 {
@@ -88,18 +116,19 @@ fn of_marker(
         let cell = a.distance(b) / cells;
         let outwards = (0.5 * (a + b) - middle).normalize();
         let (Some(from), Some(to)) = (seen(a), seen(b)) else { continue };
-        let count = from.1.distance(to.1).min(PLACES).floor();
+        let count = from.1.distance(to.1).min(PARAMS.places).floor();
         for i in 0..count as u32 {
             // Not within a cell of the corners.
             let t = 1.0 / cells + (1.0 - 2.0 / cells) * (f64::from(i) + 0.5) / count;
             let at = a.lerp(b, t);
             let Some((point, pixel)) = seen(at) else { continue };
+            // Finite differences over a tenth of a cell.
             let (Some(next), Some(out_there)) = (seen(at + 0.1 * (b - a) / cells), seen(at + 0.1 * cell * outwards)) else { continue };
             let along = (next.1 - pixel).normalize_or_zero();
             let step = out_there.1 - pixel;
             let across = if along.perp().dot(step) < 0.0 { -along.perp() } else { along.perp() };
-            let reach = (REACH_CELLS * 10.0 * across.dot(step)).min(REACH[1]);
-            if reach >= REACH[0]
+            let reach = (PARAMS.reach_cells * 10.0 * across.dot(step)).min(PARAMS.reach_px[1]);
+            if reach >= PARAMS.reach_px[0]
                 && let Some(off) = crossing(image, pixel, across, reach)
             {
                 out.push(Edge { point, pixel: pixel + off * across, across });
@@ -110,15 +139,15 @@ fn of_marker(
 }
 
 /// How far from a place, along a direction, dark goes over into light.
-fn crossing(image: &impl Grey, at: DVec2, across: DVec2, reach: f64) -> Option<f64> {
+fn crossing(image: &impl GreyImage, at: DVec2, across: DVec2, reach: f64) -> Option<f64> {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few dozen")]
-    let count = (2.0 * reach / STEP) as usize;
+    let count = (2.0 * reach / PARAMS.step_px) as usize;
     let step = 2.0 * reach / count as f64;
     let values: Vec<f64> = (0..count).map(|k| image.value(at + ((k as f64 + 0.5) * step - reach) * across)).collect::<Option<_>>()?;
     let end = (count / 5).max(2);
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
     let (dark, light) = (mean(&values[..end]), mean(&values[count - end..]));
-    if !(light - dark > LEAST_CONTRAST * light) {
+    if !(light - dark > PARAMS.least_contrast * light) {
         return None;
     }
     let off = reach - values.iter().map(|v| (v - dark) / (light - dark) * step).sum::<f64>();
@@ -133,7 +162,7 @@ fn fit(start: &Pose, mut edges: Vec<Edge>, lens: &Lens) -> Option<(Pose, DVec3, 
         edges.iter().map(|e| lens.project(pose.to_camera(e.point)).map_or(f64::NAN, |p| (p - e.pixel).dot(e.across))).collect()
     };
     for last in [false, true] {
-        if edges.len() < FEWEST {
+        if edges.len() < PARAMS.fewest {
             return None;
         }
         let fit = least_squares::minimise(&[0.0; 6], &[0.1; 6], &|p| residuals(&of(p), &edges))?;
@@ -148,7 +177,7 @@ fn fit(start: &Pose, mut edges: Vec<Edge>, lens: &Lens) -> Option<(Pose, DVec3, 
         let off: Vec<f64> = residuals(&pose, &edges).iter().map(|r| r.abs()).collect();
         let mut sorted = off.clone();
         let middle = sorted.len() / 2;
-        let limit = (5.0 * *sorted.select_nth_unstable_by(middle, f64::total_cmp).1).max(0.2);
+        let limit = (PARAMS.outliers.0 * *sorted.select_nth_unstable_by(middle, f64::total_cmp).1).max(PARAMS.outliers.1);
         let mut keep = off.iter().map(|o| *o <= limit);
         edges.retain(|_| keep.next() == Some(true));
     }
@@ -183,7 +212,7 @@ mod tests {
         }
     }
 
-    impl Grey for Print {
+    impl GreyImage for Print {
         fn value(&self, p: DVec2) -> Option<f64> {
             let shape = crate::shoot::Shape::Cylinder { radius: RADIUS, height: 80.0, arc_deg: [0.0, 360.0] };
             let eye = self.0.eye();
@@ -202,8 +231,10 @@ mod tests {
     fn a_pose_around_a_cylinder_is_improved_to_hundredths_of_a_degree() {
         let truth = Pose::looking_at(DVec3::new(120.0, 190.0, 40.0), DVec3::ZERO, DVec3::Z);
         let rough = truth.moved(DVec3::new(0.003, -0.004, 0.003), DVec3::new(0.1, -0.1, 0.3));
-        let start = Found { pose: rough, sigma_turn: DVec3::ZERO, sigma_shift: DVec3::ZERO, rms_px: 2.0, used: Vec::new() };
-        let found = refine(&start, &[], &LENS, &Print(truth), &Print::markers(), 7.0, &Print::place);
+        let start = PoseEstimate { pose: rough, sigma_turn: DVec3::ZERO, sigma_shift: DVec3::ZERO, rms_px: 2.0, used: Vec::new() };
+        let corners = Print::markers();
+        let markers = PrintedMarkers { corners: &corners, cells: 7.0, place: &Print::place };
+        let found = refine(&start, &[], &LENS, &Print(truth), &markers);
         // Without corners there is nothing to compare with: the pose is kept only if it can be judged.
         assert_eq!(found.pose, start.pose);
         let corners: Vec<Sighting> = Print::markers()
@@ -215,8 +246,8 @@ mod tests {
                 seen.then(|| Sighting { point, pixel: LENS.project(truth.to_camera(point)).unwrap() })
             })
             .collect();
-        let start = Found { used: vec![true; corners.len()], ..start };
-        let found = refine(&start, &corners, &LENS, &Print(truth), &Print::markers(), 7.0, &Print::place);
+        let start = PoseEstimate { used: vec![true; corners.len()], ..start };
+        let found = refine(&start, &corners, &LENS, &Print(truth), &markers);
         let (turn, shift) = (found.pose.angle_to(&truth).to_degrees(), found.pose.translation.distance(truth.translation));
         assert!(turn < 0.03 && shift < 0.03 && found.rms_px < 0.1, "{turn} degrees, {shift} mm, {} px", found.rms_px);
         assert!(rough.angle_to(&truth).to_degrees() > 0.3, "the start was off");

@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 /// A grey picture to look up.
-pub trait Grey {
+pub trait GreyImage {
     /// Bilinear value at a place, px; `None` outside.
     fn value(&self, place: DVec2) -> Option<f64>;
 }
@@ -11,7 +11,7 @@ pub trait Grey {
 /// The median distance over which an edge goes from 10 to 90 % of its step, px, over all sides of quadrilaterals; `None` if none has room for it.
 ///
 /// `cells` is how many cells a side has: the black border is one wide, and so is the profile to each side of the edge.
-pub fn spread(image: &impl Grey, markers: &[[DVec2; 4]], cells: f64) -> Option<f64> {
+pub fn spread(image: &impl GreyImage, markers: &[[DVec2; 4]], cells: f64) -> Option<f64> {
     const PLACES: usize = 16;
     const STEP: f64 = 0.125;
     let mut widths: Vec<f64> = Vec::new();
@@ -40,7 +40,7 @@ pub fn spread(image: &impl Grey, markers: &[[DVec2; 4]], cells: f64) -> Option<f
 }
 
 /// 10 to 90 % of one profile, from dark inside to light outside.
-fn profile_width(image: &impl Grey, at: DVec2, out: DVec2, reach: f64, step: f64) -> Option<f64> {
+fn profile_width(image: &impl GreyImage, at: DVec2, out: DVec2, reach: f64, step: f64) -> Option<f64> {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "reach is a few pixels")]
     let count = (2.0 * reach / step) as usize;
     let values: Vec<f64> = (0..=count).map(|k| image.value(at + (k as f64 * step - reach) * out)).collect::<Option<_>>()?;
@@ -69,7 +69,7 @@ mod tests {
     /// A black square of 70 px from (30, 30), blurred by a normal curve of this standard deviation (the error function by its slope).
     struct Blurred(f64);
 
-    impl Grey for Blurred {
+    impl GreyImage for Blurred {
         fn value(&self, p: DVec2) -> Option<f64> {
             let step = |x: f64| {
                 // Simpson's rule over the normal curve.

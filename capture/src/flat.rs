@@ -6,8 +6,8 @@
 
 use crate::least_squares;
 use crate::lens::farthest;
-use crate::linear::Linear;
-use crate::photo::Picture;
+use crate::linear::LinearPhoto;
+use crate::photo::PlanarImage;
 use crate::shoot::FlatMethod;
 use glam::DVec2;
 use rayon::prelude::*;
@@ -17,7 +17,7 @@ const BLOCKS: [usize; 2] = [48, 32];
 
 /// The falloff, relative to the principal point.
 #[derive(Clone, Debug)]
-pub struct Flat {
+pub struct Falloff {
     /// How it is applied.
     pub method: FlatMethod,
     /// `b, c, d`.
@@ -37,9 +37,9 @@ pub struct Flat {
     size: [usize; 2],
 }
 
-impl Flat {
+impl Falloff {
     /// Fits one; `centre` is the principal point. `None` if too few blocks are well exposed.
-    pub fn fit(photo: &Linear, centre: DVec2, method: FlatMethod) -> Option<Self> {
+    pub fn fit(photo: &LinearPhoto, centre: DVec2, method: FlatMethod) -> Option<Self> {
         let picture = &photo.picture;
         let (width, height) = (picture.width, picture.height);
         if width < BLOCKS[0] || height < BLOCKS[1] {
@@ -108,7 +108,7 @@ impl Flat {
     }
 
     /// Divides a picture of the same size by it.
-    pub fn divide(&self, picture: &mut Picture) {
+    pub fn divide(&self, picture: &mut PlanarImage) {
         let width = picture.width;
         for (c, plane) in picture.planes.iter_mut().enumerate() {
             plane.par_chunks_mut(width).enumerate().for_each(|(row, line)| {
@@ -155,14 +155,14 @@ mod tests {
     use super::*;
 
     /// An even surface behind a lens with this falloff, with a tilt of the light and a little noise.
-    fn flat(tilt: f32) -> (Linear, DVec2, impl Fn(DVec2) -> f64) {
+    fn flat(tilt: f32) -> (LinearPhoto, DVec2, impl Fn(DVec2) -> f64) {
         let (width, height, centre) = (600, 400, DVec2::new(310.0, 190.0));
         let far = farthest(width, height, centre);
         let truth = move |p: DVec2| {
             let r2 = (p - centre).length_squared() / (far * far);
             1.0 - 0.3 * r2 - 0.1 * r2 * r2 + 0.05 * r2 * r2 * r2
         };
-        let mut picture = Picture::new(width, height);
+        let mut picture = PlanarImage::new(width, height);
         let mut state = 1_u32;
         for i in 0..width * height {
             let p = DVec2::new((i % width) as f64, (i / width) as f64);
@@ -172,14 +172,14 @@ mod tests {
                 plane[i] = ((0.3 + 0.1 * c as f64) * (truth(p) + noise) * (1.0 + f64::from(tilt) * (p.x / 600.0 - 0.5))) as f32;
             }
         }
-        (Linear { saturated: vec![false; width * height], picture, divisor: 1.0 }, centre, truth)
+        (LinearPhoto { saturated: vec![false; width * height], picture, divisor: 1.0 }, centre, truth)
     }
 
     #[test]
     fn the_falloff_is_found_within_a_percent_by_both_methods() {
         let (photo, centre, truth) = flat(0.0);
         for method in [FlatMethod::Radial, FlatMethod::Divide] {
-            let fit = Flat::fit(&photo, centre, method).unwrap();
+            let fit = Falloff::fit(&photo, centre, method).unwrap();
             for p in [(0.0, 0.0), (599.0, 399.0), (310.0, 190.0), (10.0, 200.0), (450.0, 7.0)] {
                 let off = fit.at(1, p.into()) / truth(p.into()) - 1.0;
                 assert!(off.abs() < 0.01, "{method:?} at {p:?}: {off}");
@@ -195,7 +195,7 @@ mod tests {
     #[test]
     fn light_from_one_side_is_told_from_falloff() {
         let (photo, centre, truth) = flat(0.2);
-        let fit = Flat::fit(&photo, centre, FlatMethod::Radial).unwrap();
+        let fit = Falloff::fit(&photo, centre, FlatMethod::Radial).unwrap();
         assert!((0.15..0.25).contains(&fit.tilt), "{}", fit.tilt);
         assert!((fit.at(0, DVec2::ZERO) / truth(DVec2::ZERO) - 1.0).abs() < 0.03);
     }
@@ -204,8 +204,8 @@ mod tests {
     fn a_saturated_or_tiny_photograph_is_not_used() {
         let (mut photo, centre, _) = flat(0.0);
         photo.saturated.fill(true);
-        assert!(Flat::fit(&photo, centre, FlatMethod::Radial).is_none());
-        let tiny = Linear { picture: Picture::new(10, 10), saturated: vec![false; 100], divisor: 1.0 };
-        assert!(Flat::fit(&tiny, centre, FlatMethod::Radial).is_none());
+        assert!(Falloff::fit(&photo, centre, FlatMethod::Radial).is_none());
+        let tiny = LinearPhoto { picture: PlanarImage::new(10, 10), saturated: vec![false; 100], divisor: 1.0 };
+        assert!(Falloff::fit(&tiny, centre, FlatMethod::Radial).is_none());
     }
 }

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 
 /// One estimate of a direction, in any frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
+pub struct DirectionEstimate {
     /// Unit vector towards the light.
     pub direction: DVec3,
     /// Standard deviation, rad.
@@ -14,7 +14,7 @@ pub struct Estimate {
 
 /// A ball as a camera sees it: the cone of rays that touch it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Outline {
+pub struct BallOutline {
     /// Unit direction of its middle.
     pub axis: DVec3,
     /// Half of its angular size, rad.
@@ -31,7 +31,7 @@ pub struct Outline {
 /// other edges (what it mirrors, its shadow, print) are strong: `edges` holds, for each direction around the ball, the rays of all edges that may be its rim.
 /// Three far apart give a cone; the one that most directions agree with to `tolerance`, rad (the largest of nearly equal ones), is refined by those. `None` if fewer than 8 agree, or
 /// the rays are of no cone.
-pub fn ball_outline(edges: &[Vec<DVec3>], tolerance: f64) -> Option<Outline> {
+pub fn ball_outline(edges: &[Vec<DVec3>], tolerance: f64) -> Option<BallOutline> {
     const FEWEST: usize = 8;
     const ROUNDS: usize = 4;
     const NEARLY: f64 = 0.8;
@@ -82,14 +82,14 @@ pub fn ball_outline(edges: &[Vec<DVec3>], tolerance: f64) -> Option<Outline> {
         found = cone(&used)?;
     }
     let rms = (used.iter().map(|d| off(found, d).powi(2)).sum::<f64>() / used.len() as f64).sqrt();
-    Some(Outline { axis: found.0, half_angle: found.1, rms, rays: used.len() })
+    Some(BallOutline { axis: found.0, half_angle: found.1, rms, rays: used.len() })
 }
 
 /// The light that makes a highlight on a mirror ball: `l = 2 (n . v) n - v` with the ball's normal `n` where the highlight is seen.
 ///
 /// Rays are unit vectors in the camera's frame; so is the answer. `ray_sigma` is the standard deviation of the highlight's ray, rad. The ball's size does not
 /// matter: distances count in its radii. `None` if the highlight's ray misses the ball.
-pub fn mirror_ball(outline: &Outline, highlight: DVec3, ray_sigma: f64) -> Option<Estimate> {
+pub fn mirror_ball(outline: &BallOutline, highlight: DVec3, ray_sigma: f64) -> Option<DirectionEstimate> {
     let direction = |axis: DVec3, half_angle: f64, ray: DVec3| {
         let distance = 1.0 / half_angle.sin();
         let middle = distance * axis;
@@ -116,21 +116,21 @@ pub fn mirror_ball(outline: &Outline, highlight: DVec3, ray_sigma: f64) -> Optio
         add(direction(outline.axis, outline.half_angle, (highlight + h * step).normalize()), ray_sigma);
     }
     add(direction(outline.axis, outline.half_angle - h, highlight), fit_sigma);
-    Some(Estimate { direction: l, sigma: variance.sqrt().min(1.5) })
+    Some(DirectionEstimate { direction: l, sigma: variance.sqrt().min(1.5) })
 }
 
 /// The light that throws the shadow of a stick's tip: both in the sample's frame, mm; `sigma_mm` is the standard deviation of the shadow's and of the tip's place.
-pub fn stick(tip: DVec3, shadow: DVec3, sigma_mm: f64) -> Option<Estimate> {
+pub fn stick(tip: DVec3, shadow: DVec3, sigma_mm: f64) -> Option<DirectionEstimate> {
     let to = tip - shadow;
     let length = to.length();
     // Across the direction, tip and shadow err by as much each.
     (length > 1e-6 && to.z > 0.0)
-        .then(|| Estimate { direction: to / length, sigma: (std::f64::consts::SQRT_2 * sigma_mm / length).min(1.5) })
+        .then(|| DirectionEstimate { direction: to / length, sigma: (std::f64::consts::SQRT_2 * sigma_mm / length).min(1.5) })
 }
 
 /// Several estimates put together by their weights, and the largest angle between two of them, rad. `None` without any.
-pub fn combine(estimates: &[Estimate]) -> Option<(Estimate, f64)> {
-    let weight = |e: &Estimate| 1.0 / e.sigma.max(1e-6).powi(2);
+pub fn combine(estimates: &[DirectionEstimate]) -> Option<(DirectionEstimate, f64)> {
+    let weight = |e: &DirectionEstimate| 1.0 / e.sigma.max(1e-6).powi(2);
     let sum: DVec3 = estimates.iter().map(|e| weight(e) * e.direction).sum();
     let total: f64 = estimates.iter().map(weight).sum();
     let direction = sum.try_normalize()?;
@@ -142,7 +142,7 @@ pub fn combine(estimates: &[Estimate]) -> Option<(Estimate, f64)> {
     }
     // Where they disagree by more than they say, the disagreement is the better measure.
     let sigma = total.sqrt().recip().max(0.5 * apart);
-    Some((Estimate { direction, sigma }, apart))
+    Some((DirectionEstimate { direction, sigma }, apart))
 }
 
 /// Where a ray from `eye` meets the plane `z = height`.
@@ -281,8 +281,10 @@ mod tests {
 
     #[test]
     fn sources_are_weighed_and_their_disagreement_is_told() {
-        let e =
-            |degrees: f64, sigma| Estimate { direction: DVec3::new(degrees.to_radians().sin(), 0.0, degrees.to_radians().cos()), sigma };
+        let e = |degrees: f64, sigma| DirectionEstimate {
+            direction: DVec3::new(degrees.to_radians().sin(), 0.0, degrees.to_radians().cos()),
+            sigma,
+        };
         let (both, apart) = combine(&[e(0.0, 0.001), e(10.0, 0.1)]).unwrap();
         assert!((apart.to_degrees() - 10.0).abs() < 1e-9 && both.direction.x < 0.01 && both.sigma >= 0.5 * apart);
         assert!(combine(&[]).is_none());

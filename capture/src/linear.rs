@@ -1,15 +1,15 @@
 //! From file values to values that are proportional to light.
 
-use crate::photo::{Photo, Picture, Samples};
+use crate::photo::{Photo, PlanarImage, Samples};
 use crate::shoot::{CameraSpec, SATURATION};
 use biscale::image_file::srgb_to_linear;
 use rayon::prelude::*;
 
 /// A linear photograph: sensor values (0 to 1, black taken off) over `divisor`.
 #[derive(Clone, Debug)]
-pub struct Linear {
+pub struct LinearPhoto {
     /// Values.
-    pub picture: Picture,
+    pub picture: PlanarImage,
     /// Which pixels are saturated, in any channel of all brackets.
     pub saturated: Vec<bool>,
     /// What sensor values were divided by: seconds x gain / f-number².
@@ -57,7 +57,7 @@ pub fn is_srgb(photo: &Photo, camera: &CameraSpec) -> bool {
 /// Sensor values of a photograph: the tone curve undone, black taken off, full scale 1.
 ///
 /// Marks saturated pixels: at `camera.saturation`, before anything is taken off. Floats have no full scale: of them none is, unless that is given.
-pub fn sensor(photo: Photo, camera: &CameraSpec, srgb: bool) -> (Picture, Vec<bool>) {
+pub fn sensor(photo: Photo, camera: &CameraSpec, srgb: bool) -> (PlanarImage, Vec<bool>) {
     let Photo { mut picture, samples, .. } = photo;
     let limit = camera.saturation.unwrap_or(if samples == Samples::Float { f64::INFINITY } else { SATURATION });
     #[expect(clippy::cast_possible_truncation, reason = "samples are f32")]
@@ -100,7 +100,7 @@ fn decoded(encoded: f64) -> f32 {
 /// Merges brackets of one view: the sum of unsaturated values over the sum of their exposures, which weighs photons equally (Poisson noise).
 ///
 /// A pixel that is saturated in every bracket keeps the value of the shortest one, and is marked. Returns `None` without brackets, or if sizes differ.
-pub fn merge(brackets: Vec<(Picture, Vec<bool>, Exposure)>) -> Option<Linear> {
+pub fn merge(brackets: Vec<(PlanarImage, Vec<bool>, Exposure)>) -> Option<LinearPhoto> {
     let mut brackets = brackets;
     brackets.sort_by(|a, b| a.2.divisor().total_cmp(&b.2.divisor()));
     let mut all = brackets.into_iter();
@@ -136,12 +136,12 @@ pub fn merge(brackets: Vec<(Picture, Vec<bool>, Exposure)>) -> Option<Linear> {
     for plane in &mut sum.planes {
         plane.par_iter_mut().zip(&weight).for_each(|(v, w)| *v /= w);
     }
-    Some(Linear { picture: sum, saturated, divisor: total })
+    Some(LinearPhoto { picture: sum, saturated, divisor: total })
 }
 
 /// Exponent `g` of `value = light^g` between two brackets of one view, by the median over pixels that both record well; `None` if there are
 /// too few, or the exposures are too near.
-pub fn bracket_exponent(short: &Picture, long: &Picture, saturated: &[bool], ratio: f64) -> Option<f64> {
+pub fn bracket_exponent(short: &PlanarImage, long: &PlanarImage, saturated: &[bool], ratio: f64) -> Option<f64> {
     const LEAST: f32 = 0.02;
     const FEWEST: usize = 200;
     if !(ratio > 1.3) {
@@ -179,8 +179,8 @@ mod tests {
         }
     }
 
-    fn one(values: &[f32]) -> Picture {
-        Picture { width: values.len(), height: 1, planes: [values.to_vec(), values.to_vec(), values.to_vec()] }
+    fn one(values: &[f32]) -> PlanarImage {
+        PlanarImage { width: values.len(), height: 1, planes: [values.to_vec(), values.to_vec(), values.to_vec()] }
     }
 
     #[test]

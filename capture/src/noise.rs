@@ -1,6 +1,6 @@
 //! Noise of a photograph: variance `a + b v` of a value `v`.
 
-use crate::linear::Linear;
+use crate::linear::LinearPhoto;
 use crate::photo::Samples;
 use crate::shoot::CameraSpec;
 use biscale::formats::capture::Noise;
@@ -8,18 +8,18 @@ use glam::{DMat3, DVec3};
 
 /// Noise of sensor values (0 to 1), the same in all channels.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sensor {
+pub struct SensorNoise {
     /// Variance of black.
     pub a: f64,
     /// Variance a unit of light.
     pub b: f64,
     /// Where it is from.
-    pub source: Source,
+    pub source: NoiseSource,
 }
 
 /// Where a noise model is from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Source {
+pub enum NoiseSource {
     /// Two photographs of an even surface.
     Measured,
     /// The shoot file.
@@ -34,17 +34,17 @@ const FULL_WELL: f64 = 20_000.0;
 const READ_NOISE: f64 = 5.0;
 
 /// Of a camera as the shoot file describes it, or a middling one, at a gain (ISO over 100).
-pub fn of_camera(camera: &CameraSpec, gain: f64, samples: Samples) -> Sensor {
+pub fn of_camera(camera: &CameraSpec, gain: f64, samples: Samples) -> SensorNoise {
     let well = camera.full_well_e.unwrap_or(FULL_WELL) / gain;
     let read = camera.read_noise_e.unwrap_or(READ_NOISE) / well;
     let step = if let Samples::Integer(bits) = samples { 0.5_f64.powi(i32::from(bits)) } else { 0.0 };
-    let source = if camera.full_well_e.is_some() { Source::Given } else { Source::Assumed };
-    Sensor { a: read * read + step * step / 12.0, b: 1.0 / well, source }
+    let source = if camera.full_well_e.is_some() { NoiseSource::Given } else { NoiseSource::Assumed };
+    SensorNoise { a: read * read + step * step / 12.0, b: 1.0 / well, source }
 }
 
 /// From two linear photographs of the same even surface at the same exposure: half of the variance of their difference against their mean, block by block
 /// (photon transfer). Values and result in sensor units. `None` if they do not tell.
-pub fn measure(one: &Linear, two: &Linear) -> Option<Sensor> {
+pub fn measure(one: &LinearPhoto, two: &LinearPhoto) -> Option<SensorNoise> {
     const BLOCK: usize = 32;
     let (width, height) = (one.picture.width, one.picture.height);
     if (two.picture.width, two.picture.height) != (width, height) || (one.divisor / two.divisor - 1.0).abs() > 1e-6 {
@@ -70,17 +70,17 @@ pub fn measure(one: &Linear, two: &Linear) -> Option<Sensor> {
     }
     // An even surface has nearly one mean: the slope through black is what it tells, and read noise is beneath it.
     let (m, v) = (sum_m / count, sum_v / count);
-    (count >= 16.0 && m > 0.02 && v > 0.0).then(|| Sensor { a: 0.0, b: v / m, source: Source::Measured })
+    (count >= 16.0 && m > 0.02 && v > 0.0).then(|| SensorNoise { a: 0.0, b: v / m, source: NoiseSource::Measured })
 }
 
-impl Sensor {
+impl SensorNoise {
     /// Of values that were divided by `divisor` (of `brackets` photographs together) and multiplied by a colour matrix: exact for grey, near for others.
     pub fn written(&self, divisor: f64, brackets: usize, matrix: Option<DMat3>) -> Noise {
         let (a, b) = (self.a * brackets as f64 / (divisor * divisor), self.b / divisor);
         let source = match self.source {
-            Source::Measured => "measured",
-            Source::Given => "given",
-            Source::Assumed => "assumed",
+            NoiseSource::Measured => "measured",
+            NoiseSource::Given => "given",
+            NoiseSource::Assumed => "assumed",
         };
         let m = matrix.unwrap_or(DMat3::IDENTITY);
         // Camera values of a grey of 1.
@@ -95,7 +95,7 @@ impl Sensor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::photo::Picture;
+    use crate::photo::PlanarImage;
 
     #[test]
     fn two_flats_tell_the_shot_noise() {
@@ -105,13 +105,13 @@ mod tests {
             f64::from(state >> 8) / f64::from(1_u32 << 24)
         };
         let mut flat = || {
-            let mut picture = Picture::new(200, 160);
+            let mut picture = PlanarImage::new(200, 160);
             for v in &mut picture.planes[1] {
                 // Nearly normal: the sum of twelve uniform numbers has unit variance.
                 let normal = (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
                 *v = ((0.5 + (0.5 / 10_000.0_f64).sqrt() * normal) / 0.25) as f32;
             }
-            Linear { saturated: vec![false; 200 * 160], picture, divisor: 0.25 }
+            LinearPhoto { saturated: vec![false; 200 * 160], picture, divisor: 0.25 }
         };
         let (one, two) = (flat(), flat());
         let noise = measure(&one, &two).unwrap();

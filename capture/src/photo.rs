@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// Three planes of samples, row 0 on top.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Picture {
+pub struct PlanarImage {
     /// Pixels across.
     pub width: usize,
     /// Pixels down.
@@ -30,7 +30,7 @@ pub enum Samples {
 #[derive(Clone, Debug)]
 pub struct Photo {
     /// Pixels; whole numbers are scaled to 0..1, floats are as they stand.
-    pub picture: Picture,
+    pub picture: PlanarImage,
     /// How they were stored.
     pub samples: Samples,
     /// What the file says.
@@ -41,7 +41,7 @@ pub struct Photo {
 const RAW: [&str; 17] =
     ["cr2", "cr3", "crw", "nef", "nrw", "arw", "sr2", "raf", "orf", "rw2", "dng", "pef", "srw", "x3f", "3fr", "iiq", "erf"];
 
-impl Picture {
+impl PlanarImage {
     /// A black one.
     pub fn new(width: usize, height: usize) -> Self {
         Self { width, height, planes: std::array::from_fn(|_| vec![0.0; width * height]) }
@@ -125,7 +125,7 @@ pub fn read(path: &Path) -> Result<Photo> {
         (Some(green), Some(blue)) => [first, green, blue],
         _ => [first.clone(), first.clone(), first],
     };
-    Ok(Photo { picture: Picture { width, height, planes }, samples, metadata })
+    Ok(Photo { picture: PlanarImage { width, height, planes }, samples, metadata })
 }
 
 /// Width and height of a photograph, without its pixels where its format tells them first.
@@ -161,7 +161,7 @@ fn bits(ending: &str, bytes: &[u8]) -> u8 {
     }
 }
 
-fn jpeg(bytes: &[u8]) -> Result<Picture, BadInput> {
+fn jpeg(bytes: &[u8]) -> Result<PlanarImage, BadInput> {
     let unreadable = |e: image::ImageError| BadInput::new(format!("not a readable JPEG image: {e}"), "write the image again");
     let reader = || image::ImageReader::with_format(Cursor::new(bytes), image::ImageFormat::Jpeg);
     let (width, height) = reader().into_dimensions().map_err(unreadable)?;
@@ -170,7 +170,7 @@ fn jpeg(bytes: &[u8]) -> Result<Picture, BadInput> {
     }
     let rgb = reader().decode().map_err(unreadable)?.into_rgb8();
     let plane = |c: usize| rgb.as_raw().iter().skip(c).step_by(3).map(|&v| f32::from(v) / 255.0).collect();
-    Ok(Picture { width: width as usize, height: height as usize, planes: [plane(0), plane(1), plane(2)] })
+    Ok(PlanarImage { width: width as usize, height: height as usize, planes: [plane(0), plane(1), plane(2)] })
 }
 
 #[cfg(test)]
@@ -179,7 +179,7 @@ mod tests {
 
     #[test]
     fn interpolation_gives_pixels_back_and_lines_between_them() {
-        let mut picture = Picture::new(5, 4);
+        let mut picture = PlanarImage::new(5, 4);
         for (i, v) in picture.planes[1].iter_mut().enumerate() {
             *v = (i % 5) as f32 + 10.0 * (i / 5) as f32;
         }

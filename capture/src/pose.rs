@@ -15,7 +15,7 @@ pub struct Sighting {
 
 /// A pose and how well it is known.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Found {
+pub struct PoseEstimate {
     /// The pose.
     pub pose: Pose,
     /// Standard deviation of its rotation about the camera's axes, rad.
@@ -44,7 +44,7 @@ pub fn rms(pose: &Pose, sightings: &[Sighting], lens: &Lens) -> f64 {
 /// Refines a pose by least squares over the reprojection errors, leaving out sightings that lie five medians off (a marker that came loose).
 ///
 /// `None` if they do not determine a pose.
-pub fn refine(start: &Pose, sightings: &[Sighting], lens: &Lens) -> Option<Found> {
+pub fn refine(start: &Pose, sightings: &[Sighting], lens: &Lens) -> Option<PoseEstimate> {
     let mut used = vec![true; sightings.len()];
     let mut pose = *start;
     for round in 0..3 {
@@ -67,7 +67,7 @@ pub fn refine(start: &Pose, sightings: &[Sighting], lens: &Lens) -> Option<Found
             let variance = fit.cost / freedom;
             let covariance = fit.covariance?;
             let sigma = |k: usize| (variance * covariance[k * 7]).sqrt();
-            return Some(Found {
+            return Some(PoseEstimate {
                 pose,
                 sigma_turn: DVec3::new(sigma(0), sigma(1), sigma(2)),
                 sigma_shift: scale * DVec3::new(sigma(3), sigma(4), sigma(5)),

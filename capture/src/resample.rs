@@ -1,7 +1,7 @@
 //! Photographs without distortion, seen straight on, and masks of the sample.
 
 use crate::lens::{Lens, Pose};
-use crate::photo::Picture;
+use crate::photo::PlanarImage;
 use crate::shoot::Shape;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -10,13 +10,19 @@ use rayon::prelude::*;
 #[derive(Clone, Debug)]
 pub struct Masked {
     /// Values; 0 where nothing is known.
-    pub picture: Picture,
+    pub picture: PlanarImage,
     /// Whether a pixel comes from inside of the photograph and is not saturated.
     pub good: Vec<bool>,
 }
 
 /// Samples `photo` at `source(column, row)` for every pixel of a new picture; `saturated` belongs to `photo`.
-fn resample(photo: &Picture, saturated: &[bool], width: usize, height: usize, source: &(dyn Fn(DVec2) -> Option<DVec2> + Sync)) -> Masked {
+fn resample(
+    photo: &PlanarImage,
+    saturated: &[bool],
+    width: usize,
+    height: usize,
+    source: &(dyn Fn(DVec2) -> Option<DVec2> + Sync),
+) -> Masked {
     let any = saturated.par_iter().any(|s| *s);
     let clean = |p: DVec2| {
         if !any {
@@ -28,7 +34,7 @@ fn resample(photo: &Picture, saturated: &[bool], width: usize, height: usize, so
         let columns = i.saturating_sub(1)..=(i + 1).min(photo.width - 1);
         (j.saturating_sub(1)..=(j + 1).min(photo.height - 1)).all(|j| columns.clone().all(|i| !saturated[j * photo.width + i]))
     };
-    let mut out = Masked { picture: Picture::new(width, height), good: vec![false; width * height] };
+    let mut out = Masked { picture: PlanarImage::new(width, height), good: vec![false; width * height] };
     let [r, g, b] = &mut out.picture.planes;
     let lines = r.par_chunks_mut(width).zip(g.par_chunks_mut(width)).zip(b.par_chunks_mut(width)).zip(out.good.par_chunks_mut(width));
     lines.enumerate().for_each(|(row, (((r, g), b), good))| {
@@ -43,7 +49,7 @@ fn resample(photo: &Picture, saturated: &[bool], width: usize, height: usize, so
 }
 
 /// The photograph without its lens's distortion, of the same size and pinhole.
-pub fn undistort(photo: Picture, saturated: &[bool], lens: &Lens) -> Masked {
+pub fn undistort(photo: PlanarImage, saturated: &[bool], lens: &Lens) -> Masked {
     if !lens.is_distorted() {
         let good = saturated.iter().map(|s| !s).collect();
         return Masked { picture: photo, good };
@@ -99,7 +105,7 @@ const MOST: f64 = 6000.0;
 
 /// The part of the sample that a photograph shows not too obliquely, as seen straight on, with pixels as large as the photograph's own where it looks
 /// most directly. `None` if it shows nothing.
-pub fn rectify(photo: &Picture, saturated: &[bool], lens: &Lens, pose: &Pose, shape: &Shape) -> Option<Rectified> {
+pub fn rectify(photo: &PlanarImage, saturated: &[bool], lens: &Lens, pose: &Pose, shape: &Shape) -> Option<Rectified> {
     const STEPS: u32 = 60;
     /// Foreshortening relative to the best place.
     const OBLIQUE: f64 = 0.75;
@@ -205,8 +211,8 @@ mod tests {
     }
 
     /// A photograph of a function of the sample's coordinates.
-    fn photograph(lens: &Lens, pose: &Pose, shape: &Shape, value: impl Fn(DVec2) -> f64) -> Picture {
-        let mut picture = Picture::new(lens.width, lens.height);
+    fn photograph(lens: &Lens, pose: &Pose, shape: &Shape, value: impl Fn(DVec2) -> f64) -> PlanarImage {
+        let mut picture = PlanarImage::new(lens.width, lens.height);
         for i in 0..lens.width * lens.height {
             let pixel = DVec2::new((i % lens.width) as f64, (i / lens.width) as f64);
             let ray = pose.rotation.transpose() * lens.ray(pixel).unwrap();

@@ -22,11 +22,11 @@ pub struct Sheet {
     /// Whether the wrapped area is turned by a quarter on the page.
     pub turned: bool,
     /// Markers of the dictionary.
-    pub markers: Vec<Marker>,
+    pub markers: Vec<SheetMarker>,
     /// Their dictionary.
     pub dictionary: Dictionary,
     /// Colour patches.
-    pub patches: Vec<Patch>,
+    pub patches: Vec<SheetPatch>,
 }
 
 /// A shape that a camera can be registered to.
@@ -55,7 +55,7 @@ pub enum Target {
 
 /// A marker on the page.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-pub struct Marker {
+pub struct SheetMarker {
     /// Number in the dictionary.
     pub id: i32,
     /// Corners from its own upper left clockwise.
@@ -64,7 +64,7 @@ pub struct Marker {
 
 /// A colour patch on the page.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-pub struct Patch {
+pub struct SheetPatch {
     /// `design`, `grey` or `white`.
     pub kind: String,
     /// Its place among its kind.
@@ -77,12 +77,12 @@ pub struct Patch {
 
 #[derive(Deserialize)]
 struct Sidecar {
-    recipe: Option<Recipe>,
+    recipe: Option<SidecarRecipe>,
     wrap: Option<Wrap>,
 }
 
 #[derive(Deserialize)]
-struct Recipe {
+struct SidecarRecipe {
     #[serde(default)]
     thickness: f64,
 }
@@ -90,7 +90,7 @@ struct Recipe {
 #[derive(Deserialize)]
 struct Wrap {
     target: Target,
-    fit: Fit,
+    fit: SidecarFit,
     dictionary: String,
     origin_mm: [f64; 2],
     turned: bool,
@@ -106,7 +106,7 @@ struct Wrap {
 #[derive(Deserialize)]
 struct PageMarker {
     #[serde(flatten)]
-    marker: Marker,
+    marker: SheetMarker,
     joined_mm: Option<[[f64; 2]; 4]>,
 }
 
@@ -114,7 +114,7 @@ struct PageMarker {
 #[derive(Deserialize)]
 struct PagePatch {
     #[serde(flatten)]
-    patch: Patch,
+    patch: SheetPatch,
     #[serde(default = "first")]
     page: usize,
     /// Whether it is still on the sheet when that is cut out.
@@ -129,20 +129,20 @@ fn first() -> usize {
 impl Wrap {
     /// Markers, origin and patches in one frame: that of the page, or, of several pages, that of the joined sheet from the lower left corner of
     /// its wrapped area. The patches are those of the first page then, shifted as it is.
-    fn placed(self) -> Option<(Vec<Marker>, DVec2, Vec<Patch>)> {
+    fn placed(self) -> Option<(Vec<SheetMarker>, DVec2, Vec<SheetPatch>)> {
         let origin = DVec2::from(self.origin_mm);
         let of_first = self.patches.into_iter().filter(|p| p.page == 1 && p.kept).map(|p| p.patch);
         if self.pages.len() < 2 {
             return Some((self.markers.into_iter().map(|m| m.marker).collect(), origin, of_first.collect()));
         }
-        let joined = |m: PageMarker| Some(Marker { corners_mm: m.joined_mm?, ..m.marker });
-        let shifted = |p: Patch| Patch { rectangle_mm: p.rectangle_mm.map(|c| (DVec2::from(c) - origin).to_array()), ..p };
+        let joined = |m: PageMarker| Some(SheetMarker { corners_mm: m.joined_mm?, ..m.marker });
+        let shifted = |p: SheetPatch| SheetPatch { rectangle_mm: p.rectangle_mm.map(|c| (DVec2::from(c) - origin).to_array()), ..p };
         Some((self.markers.into_iter().map(joined).collect::<Option<_>>()?, DVec2::ZERO, of_first.map(shifted).collect()))
     }
 }
 
 #[derive(Deserialize)]
-struct Fit {
+struct SidecarFit {
     around: f64,
     pitch_mm: f64,
 }

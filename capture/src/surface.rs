@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 /// A place on the sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct SurfacePoint {
     /// In the sample's frame, mm.
     pub point: DVec3,
     /// Outward normal.
@@ -25,19 +25,19 @@ impl Shape {
     }
 
     /// The place with these coordinates, `height` over the surface.
-    pub fn at(&self, st: DVec2, over: f64) -> Place {
+    pub fn at(&self, st: DVec2, over: f64) -> SurfacePoint {
         match *self {
-            Self::Plane(size) => Place { point: (st - 0.5 * size).extend(over), normal: DVec3::Z, st },
+            Self::Plane(size) => SurfacePoint { point: (st - 0.5 * size).extend(over), normal: DVec3::Z, st },
             Self::Cylinder { radius, height, arc_deg } => {
                 let (sin, cos) = (arc_deg[0].to_radians() + st.x / radius).sin_cos();
                 let normal = DVec3::new(cos, sin, 0.0);
-                Place { point: (radius + over) * normal + DVec3::Z * (st.y - 0.5 * height), normal, st }
+                SurfacePoint { point: (radius + over) * normal + DVec3::Z * (st.y - 0.5 * height), normal, st }
             }
         }
     }
 
     /// Where a ray from `eye` along `direction` meets the sample's front, if it does inside of its borders.
-    pub fn hit(&self, eye: DVec3, direction: DVec3) -> Option<Place> {
+    pub fn hit(&self, eye: DVec3, direction: DVec3) -> Option<SurfacePoint> {
         let place = match *self {
             Self::Plane(size) => {
                 let t = -eye.z / direction.z;
@@ -45,7 +45,7 @@ impl Shape {
                     return None;
                 }
                 let point = eye + t * direction;
-                Place { point, normal: DVec3::Z, st: point.truncate() + 0.5 * size }
+                SurfacePoint { point, normal: DVec3::Z, st: point.truncate() + 0.5 * size }
             }
             Self::Cylinder { radius, height, arc_deg } => {
                 let (o, d) = (eye.truncate(), direction.truncate());
@@ -62,7 +62,7 @@ impl Shape {
                 let point = eye + t * direction;
                 let normal = (point.truncate() / radius).extend(0.0);
                 let turn = (point.y.atan2(point.x) - arc_deg[0].to_radians()).rem_euclid(std::f64::consts::TAU);
-                Place { point, normal, st: DVec2::new(radius * turn, point.z + 0.5 * height) }
+                SurfacePoint { point, normal, st: DVec2::new(radius * turn, point.z + 0.5 * height) }
             }
         };
         let extent = self.extent();
@@ -71,7 +71,7 @@ impl Shape {
 
     /// The coordinates of the place that the camera looks at most directly among those it sees, and the size of a pixel of unit focal length there: the
     /// distance, mm.
-    pub fn nearest(&self, pose: &Pose) -> Option<Place> {
+    pub fn nearest(&self, pose: &Pose) -> Option<SurfacePoint> {
         let eye = pose.eye();
         let along = pose.rotation.transpose() * DVec3::Z;
         self.hit(eye, along)

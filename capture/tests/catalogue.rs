@@ -10,8 +10,8 @@ use biscale::toml_reader::Source;
 use biscale_capture::board::Board;
 use biscale_capture::dictionary::Dictionary;
 use biscale_capture::lens::Pose;
-use biscale_capture::photo::Picture;
-use biscale_capture::run::{Options, run};
+use biscale_capture::photo::PlanarImage;
+use biscale_capture::run::{RunOptions, run};
 use biscale_capture::shoot::{Shape, Shoot};
 use glam::{DVec2, DVec3};
 use std::sync::atomic::AtomicBool;
@@ -47,18 +47,18 @@ impl Case {
         Scene::new(Shape::Plane(PAGE), self.light, Box::new(move |p| paint(p - corner)))
     }
 
-    fn save(&self, name: &str, picture: &Picture) {
+    fn save(&self, name: &str, picture: &PlanarImage) {
         save16(picture, &self.folder.path().join(name));
     }
 
     /// The usual photograph of the sample.
-    fn sample(&self, seconds: f64) -> Picture {
+    fn sample(&self, seconds: f64) -> PlanarImage {
         self.studio.photograph(&self.scene(sample), &self.pose, seconds)
     }
 
     /// Runs a shoot of these photographs with the known camera.
     fn run(&self, photos: &str) -> Capture {
-        self.run_with(&self.given(), photos, &Options::default())
+        self.run_with(&self.given(), photos, &RunOptions::default())
     }
 
     fn given(&self) -> String {
@@ -74,7 +74,7 @@ impl Case {
         )
     }
 
-    fn run_with(&self, camera: &str, photos: &str, options: &Options) -> Capture {
+    fn run_with(&self, camera: &str, photos: &str, options: &RunOptions) -> Capture {
         let text = format!(
             "format = 1\n{camera}\n[board]\nkind = \"charuco\"\ncolumns = 5\nrows = 4\nsquare_mm = 30\nmarker_mm = 22\n[sample]\nshape = \"plane\"\n\
              width_mm = 20\nheight_mm = 15\nboard_mm = [75, 60]\n{photos}"
@@ -161,11 +161,11 @@ fn linearity() {
     let found = case.run(&distant("eight.png"));
     assert_code(&found, "NOT_LINEAR", Severity::Fail);
     assert!(found.photographs.is_empty());
-    let assumed = case.run_with(&case.given(), &distant("eight.png"), &Options { assume_srgb: true, ..Options::default() });
+    let assumed = case.run_with(&case.given(), &distant("eight.png"), &RunOptions { assume_srgb: true, ..RunOptions::default() });
     assert_code(&assumed, "ASSUMED_SRGB", Severity::Warn);
     assert!(assumed.usable);
     // A curve that no file mentions: brackets and the greys of a checker tell.
-    let curved = |mut p: Picture| {
+    let curved = |mut p: PlanarImage| {
         for v in p.planes.iter_mut().flatten() {
             *v = v.powf(1.0 / 2.2);
         }
@@ -246,7 +246,7 @@ fn calibration() {
         format!("[[photo]]\nrole = \"board\"\nfiles = [{}]\n", names.join(", "))
     };
     let at = |p: DVec2| print().at(p);
-    let none = Options::default();
+    let none = RunOptions::default();
     let found = case.run_with("", &views(&around(2, 240.0, 20.0), &at), &none);
     assert_eq!(assert_code(&found, "TOO_FEW_VIEWS", Severity::Fail), Some(2.0));
     // Far away and all in the middle.
@@ -334,11 +334,11 @@ fn what_close_ups_show_and_what_they_do_not() {
     let case = Case::new();
     let near = Pose::looking_at(DVec3::new(3.0, -10.0, 100.0), DVec3::ZERO, DVec3::Y);
     let photo = "[[photo]]\nrole = \"close-up\"\nfile = \"near.png\"\nseconds = 1\n";
-    let seen = |paint: &(dyn Fn(DVec2) -> [f64; 3] + Sync), studio: &Studio, options: &Options| {
+    let seen = |paint: &(dyn Fn(DVec2) -> [f64; 3] + Sync), studio: &Studio, options: &RunOptions| {
         case.save("near.png", &studio.photograph(&case.scene(paint), &near, 1.0));
         case.run_with(&case.given(), photo, options)
     };
-    let (plain, none) = (case.studio.clone(), Options::default());
+    let (plain, none) = (case.studio.clone(), RunOptions::default());
     let scale = plain.lens.focal.x / near.eye().length();
     // As a camera's sensor sees it, too: one colour a pixel, the others between.
     for studio in [plain.clone(), Studio { mosaic: true, ..plain.clone() }] {
@@ -357,7 +357,7 @@ fn what_close_ups_show_and_what_they_do_not() {
     let found = seen(&|_| [0.6; 3], &plain, &none);
     assert_code(&found, "NO_PERIOD", Severity::Fail);
     assert!(!found.usable && found.material.is_none());
-    let other = Options { draft: Some(biscale::geometry::weave::draft::Draft::shifted(4, 1, 2)), ..Options::default() };
+    let other = RunOptions { draft: Some(biscale::geometry::weave::draft::Draft::shifted(4, 1, 2)), ..RunOptions::default() };
     assert_code(&seen(&woven(1.5), &plain, &other), "AMBIGUOUS_WEAVE", Severity::Warn);
 }
 
@@ -416,7 +416,7 @@ fn capture_of_sheet(folder: &std::path::Path, studio: &Studio) -> Capture {
     let out = folder.join("out");
     std::fs::create_dir_all(&out).unwrap();
     let control = Control { cancel: &AtomicBool::new(false), progress: &|_, _| {}, clock: &|| 0.0 };
-    run(&shoot, &Options::default(), &out, &control).unwrap()
+    run(&shoot, &RunOptions::default(), &out, &control).unwrap()
 }
 
 #[test]

@@ -5,9 +5,9 @@
 use biscale::toml_reader::Source;
 use biscale_capture::board::Board;
 use biscale_capture::dictionary::Dictionary;
-use biscale_capture::photo::Picture;
+use biscale_capture::photo::PlanarImage;
 use biscale_capture::shoot::Shoot;
-use biscale_capture::vision::{Gray, board, markers};
+use biscale_capture::vision::{GreyImage8, board, markers};
 use biscale_fabricate::aruco::is_white;
 use glam::DVec2;
 use std::path::Path;
@@ -42,14 +42,14 @@ fn markers_of_a_file_are_found() {
     let shoot = shoot("columns = 5\nrows = 7\nmarker_mm = 16\ngap_mm = 5\ndictionary_file = \"tutorial_dict.yml\"\n").unwrap();
     let grid = shoot.board.unwrap();
     let own = grid.dictionary.clone().unwrap();
-    let Dictionary::Own(list) = &own else { panic!("{own:?}") };
+    let Dictionary::Custom(list) = &own else { panic!("{own:?}") };
     for (id, bits) in (0..).zip(&list.markers) {
         assert_eq!(&markers::bits(&own, id).unwrap(), bits, "marker {id}");
     }
     // The grid from above, with a white rim; x to the right, y up.
     let rim = DVec2::splat(10.0);
     let size = ((grid.size + 2.0 * rim) * PIXELS).as_uvec2();
-    let mut picture = Picture::new(size.x as usize, size.y as usize);
+    let mut picture = PlanarImage::new(size.x as usize, size.y as usize);
     for row in 0..picture.height {
         for column in 0..picture.width {
             let pixel = DVec2::new(column as f64 + 0.5, (picture.height - row) as f64 - 0.5);
@@ -67,7 +67,7 @@ fn markers_of_a_file_are_found() {
             }
         }
     }
-    let gray = Gray::of(&picture, true);
+    let gray = GreyImage8::of(&picture, true);
     let found = board::detect(&gray, &grid).unwrap();
     assert_eq!(found.markers.len(), 35);
     for (place, pixel) in &found.corners {

@@ -8,7 +8,7 @@ use biscale::filter::Control;
 use biscale::formats::capture::{Capture, Severity};
 use biscale::toml_reader::Source;
 use biscale_capture::lens::Pose;
-use biscale_capture::run::{Options, run};
+use biscale_capture::run::{RunOptions, run};
 use biscale_capture::shoot::Shoot;
 use glam::{DMat3, DVec3};
 use std::path::Path;
@@ -21,7 +21,7 @@ fn capture(folder: &Path, text: &str) -> Capture {
     let out = folder.join("out");
     std::fs::create_dir_all(&out).unwrap();
     let control = Control { cancel: &AtomicBool::new(false), progress: &|_, _| {}, clock: &|| 0.0 };
-    run(&shoot, &Options::default(), &out, &control).unwrap()
+    run(&shoot, &RunOptions::default(), &out, &control).unwrap()
 }
 
 fn told(capture: &Capture) -> String {

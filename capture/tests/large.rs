@@ -12,10 +12,10 @@ use biscale_capture::dictionary::Dictionary;
 use biscale_capture::lens::Pose;
 use biscale_capture::linear;
 use biscale_capture::photo::{self, Photo};
-use biscale_capture::run::{Options, run};
+use biscale_capture::run::{RunOptions, run};
 use biscale_capture::shoot::{Shape, Shoot};
-use biscale_capture::vision::{Gray, markers};
-use biscale_capture::{flat::Flat, resample};
+use biscale_capture::vision::{GreyImage8, markers};
+use biscale_capture::{flat::Falloff, resample};
 use glam::{DVec2, DVec3};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -90,7 +90,7 @@ fn stages(path: &Path, studio: &Studio, shoot: &Shoot, srgb: bool) {
     println!("{}, stage by stage", path.file_name().unwrap().to_string_lossy());
     let photo: Photo = stage("read", || photo::read(path).unwrap());
     let (picture, saturated) = stage("linearise", || linear::sensor(photo, &shoot.camera, srgb));
-    let gray = stage("grey", || Gray::of(&picture, false));
+    let gray = stage("grey", || GreyImage8::of(&picture, false));
     let seen = stage("find markers", || markers::detect(&gray, &Dictionary::Predefined("DICT_5X5_100")).unwrap());
     println!("    {} markers", seen.len());
     drop(gray);
@@ -100,8 +100,8 @@ fn stages(path: &Path, studio: &Studio, shoot: &Shoot, srgb: bool) {
     drop(mask);
     let straight = stage("rectify", || resample::rectify(&picture, &saturated, &studio.lens, &pose, &shape));
     println!("    {:?} pixels", straight.map(|s| (s.masked.picture.width, s.masked.picture.height)));
-    let whole = linear::Linear { picture, saturated, divisor: 1.0 };
-    stage("fit a falloff", || Flat::fit(&whole, studio.lens.centre, shoot.camera.flat).is_some());
+    let whole = linear::LinearPhoto { picture, saturated, divisor: 1.0 };
+    stage("fit a falloff", || Falloff::fit(&whole, studio.lens.centre, shoot.camera.flat).is_some());
     stage("undistort", || resample::undistort(whole.picture, &whole.saturated, &studio.lens));
 }
 
@@ -129,7 +129,7 @@ fn each_photograph_takes_less_than_ten_seconds_and_two_gibibytes() {
         forget();
         let (wall, before) = (Instant::now(), cpu());
         let control = Control { cancel: &AtomicBool::new(false), progress: &|_, _| {}, clock: &|| 0.0 };
-        let capture = run(&shoot, &Options { assume_srgb: srgb, ..Options::default() }, &out, &control).unwrap();
+        let capture = run(&shoot, &RunOptions { assume_srgb: srgb, ..RunOptions::default() }, &out, &control).unwrap();
         let (seconds, memory) = (wall.elapsed().as_secs_f64(), peak());
         let used = cpu() - before;
         println!("{role} {file}, as a whole: {seconds:.1} s, {used:.1} CPU s, peak {memory:.2} GiB");

@@ -7,7 +7,7 @@ mod support;
 use biscale_capture::lens::Pose;
 use biscale_capture::light;
 use biscale_capture::shoot::Shape;
-use biscale_capture::vision::{Gray, Luminance, circle};
+use biscale_capture::vision::{GreyImage8, Luminance, circle};
 use glam::{DVec2, DVec3};
 use support::*;
 
@@ -51,7 +51,7 @@ fn a_mirror_ball_tells_the_light_within_a_degree() {
         // Without a word from the user: a spot stands out, and one of the circles around it is the ball's outline.
         let spots = circle::spots(&picture);
         assert!(spots.iter().any(|s| s.0.distance(spot) < 2.0), "{light}: {spots:?} for {spot}");
-        let all = circle::around(&Gray::of(&picture, false), spots[0].0, spots[0].1).unwrap();
+        let all = circle::around(&GreyImage8::of(&picture, false), spots[0].0, spots[0].1).unwrap();
         let nearest = all.iter().map(|c| seen.distance(DVec2::new(c[0], c[1])).max((c[2] - radius).abs())).fold(f64::INFINITY, f64::min);
         eprintln!("of {} circles the nearest is {nearest:.1} px off", all.len());
         assert!(nearest < 0.12 * radius, "{light}: {nearest} px of {radius}");

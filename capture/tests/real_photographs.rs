@@ -6,8 +6,8 @@ use biscale_capture::board::Board;
 use biscale_capture::colour::{grey_exponent, lab};
 use biscale_capture::dictionary::{self, Dictionary};
 use biscale_capture::photo::{self, Photo};
-use biscale_capture::vision::calibrate::{View, calibrate};
-use biscale_capture::vision::{Gray, board, checker, markers};
+use biscale_capture::vision::calibrate::{BoardView, calibrate};
+use biscale_capture::vision::{GreyImage8, board, checker, markers};
 use std::path::{Path, PathBuf};
 
 fn data(folder: &str) -> Option<PathBuf> {
@@ -18,9 +18,9 @@ fn data(folder: &str) -> Option<PathBuf> {
     root
 }
 
-fn read(path: PathBuf) -> (Photo, Gray) {
+fn read(path: PathBuf) -> (Photo, GreyImage8) {
     let photo = photo::read(&path).unwrap_or_else(|e| panic!("{e}"));
-    let gray = Gray::of(&photo.picture, true);
+    let gray = GreyImage8::of(&photo.picture, true);
     (photo, gray)
 }
 
@@ -37,7 +37,7 @@ fn chessboards_give_the_published_camera_and_name_their_worst_views() {
     let numbers: Vec<u32> = (1..=14).filter(|k| *k != 10).collect();
     let layout = Board::chessboard(9, 6, 25.0);
     for side in ["left", "right"] {
-        let views: Vec<View> =
+        let views: Vec<BoardView> =
             numbers.iter().map(|k| board::detect(&read(root.join(format!("{side}{k:02}.jpg"))).1, &layout).unwrap().corners).collect();
         assert!(views.iter().all(|v| v.len() == 54), "{side}: {:?}", views.iter().map(Vec::len).collect::<Vec<_>>());
         let found = calibrate(&views, 640, 480).unwrap().unwrap();

@@ -90,7 +90,7 @@ pub fn run(args: &CaptureArgs, common: &CommonArgs) -> Result<u8> {
     use crate::progress;
     use biscale::formats::capture::{CREATOR, Capture, FILE_NAME, Severity};
     use biscale::toml_reader::Source;
-    use biscale_capture::run::Options;
+    use biscale_capture::run::RunOptions;
     use biscale_capture::shoot::Shoot;
 
     let made_here = |folder: &std::path::Path| Capture::read(&folder.join(FILE_NAME)).is_ok_and(|c| c.creator.starts_with(CREATOR));
@@ -100,7 +100,7 @@ pub fn run(args: &CaptureArgs, common: &CommonArgs) -> Result<u8> {
         Some(file) => Some(biscale::geometry::weave::wif::read(file, false)?.draft),
         None => args.weave.clone(),
     };
-    let options = Options { assume_srgb: args.assume_srgb, draft, threads: common.threads };
+    let options = RunOptions { assume_srgb: args.assume_srgb, draft, threads: common.threads };
     let capture =
         progress::with_control(common, |control| folder.write(|part| biscale_capture::run::run(&shoot, &options, part, control)))?;
     if common.json {

@@ -9,7 +9,7 @@ mod support;
 mod studio;
 
 use biscale_capture::lens::{Lens, Pose, farthest};
-use biscale_capture::photo::Picture;
+use biscale_capture::photo::PlanarImage;
 use biscale_fabricate::aruco::is_white;
 use glam::{DMat3, DVec2, DVec3};
 use serde_json::Value;
@@ -74,10 +74,10 @@ fn photograph(folder: &Folder, lens: &Lens, pose: &Pose, name: &str) {
     assert_eq!(said.status, 0, "{}", said.stderr);
     let raster = biscale::image_file::read(&folder.path("page.exr")).unwrap();
     let planes: [Vec<f32>; 3] = raster.channels.try_into().unwrap();
-    let ideal = Picture { width, height, planes };
+    let ideal = PlanarImage { width, height, planes };
     let f = 0.5 * width as f64 / (0.5 * fov.to_radians()).tan();
     let far = farthest(lens.width, lens.height, lens.centre);
-    let mut out = Picture::new(lens.width, lens.height);
+    let mut out = PlanarImage::new(lens.width, lens.height);
     for i in 0..lens.width * lens.height {
         let pixel = DVec2::new((i % lens.width) as f64, (i / lens.width) as f64);
         // Four samples a pixel: the ideal picture is twice as fine.

@@ -2,11 +2,11 @@
 
 mod view;
 
-pub use view::{Mark, View};
+pub use view::{Mark, PhotoView};
 
 use self::view::{figure, image, thumbnail};
 use crate::checks::CATALOGUE;
-use crate::photo::Picture;
+use crate::photo::PlanarImage;
 use biscale::error::{Error, Result};
 use biscale::formats::capture::{Capture, Check, Sample, Severity};
 use biscale::render::picture::linear_to_srgb;
@@ -18,7 +18,7 @@ use std::path::Path;
 #[derive(Clone, Debug, Default)]
 pub struct Report {
     /// The photographs.
-    pub views: Vec<View>,
+    pub views: Vec<PhotoView>,
     /// Corners that the calibration used, px.
     pub corners: Vec<DVec2>,
     /// Patches of the checker: corrected and wanted, linear.
@@ -27,12 +27,12 @@ pub struct Report {
     pub weave: Vec<(String, String)>,
     /// Lines of the weave's repeat over the rectified close-up, px.
     pub grid: Vec<[DVec2; 2]>,
-    close_up: Option<CloseUp>,
+    close_up: Option<CloseUpImage>,
 }
 
 /// The rectified close-up.
 #[derive(Clone, Debug)]
-struct CloseUp {
+struct CloseUpImage {
     jpeg: Vec<u8>,
     mm_per_px: Option<f64>,
     size: (usize, usize),
@@ -59,8 +59,8 @@ svg *{vector-effect:non-scaling-stroke;stroke-width:1.5}svg.plain *{vector-effec
 
 impl Report {
     /// Keeps the rectified close-up.
-    pub fn close_up(&mut self, picture: &Picture, mm_per_px: Option<f64>) {
-        self.close_up = Some(CloseUp { jpeg: thumbnail(picture, None, false), mm_per_px, size: (picture.width, picture.height) });
+    pub fn close_up(&mut self, picture: &PlanarImage, mm_per_px: Option<f64>) {
+        self.close_up = Some(CloseUpImage { jpeg: thumbnail(picture, None, false), mm_per_px, size: (picture.width, picture.height) });
     }
 
     /// Writes `report.html` into a folder.
@@ -90,7 +90,7 @@ impl Report {
         self.close_up_section(&mut out, capture);
         out.push_str("<h2>Photographs</h2>\n<p>Magenta: saturated. Blue: markers. Red: corners, highlight, shadow. Yellow: outline of the sample.</p>\n");
         for role in ["close-up", "distant", "validation", "light", "checker", "flat", "board"] {
-            let views: Vec<&View> = self.views.iter().filter(|v| v.role == role).collect();
+            let views: Vec<&PhotoView> = self.views.iter().filter(|v| v.role == role).collect();
             if views.is_empty() {
                 continue;
             }
@@ -109,7 +109,7 @@ impl Report {
     }
 
     fn close_up_section(&self, out: &mut String, capture: &Capture) {
-        let Some(CloseUp { jpeg, mm_per_px, size: (w, h) }) = &self.close_up else { return };
+        let Some(CloseUpImage { jpeg, mm_per_px, size: (w, h) }) = &self.close_up else { return };
         let size =
             mm_per_px.map_or(format!("{w} px wide, of unknown size"), |mm| format!("{:.2} mm wide, {mm:.5} mm a pixel", mm * *w as f64));
         let _ = write!(

@@ -1,7 +1,7 @@
 //! A photograph in the report, with what was found drawn over it.
 
 use super::{escape, word};
-use crate::photo::Picture;
+use crate::photo::PlanarImage;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use biscale::formats::capture::{Check, Severity};
@@ -25,7 +25,7 @@ pub enum Mark {
 
 /// One photograph of the report.
 #[derive(Clone, Debug)]
-pub struct View {
+pub struct PhotoView {
     /// Its file.
     pub title: String,
     /// Its role.
@@ -37,9 +37,9 @@ pub struct View {
     rows: Vec<(String, String)>,
 }
 
-impl View {
+impl PhotoView {
     /// Of a photograph; saturated pixels are tinted. `encoded`: its values go to the screen as they are, else they are scaled and get the curve of sRGB.
-    pub fn new(title: &str, role: &'static str, picture: &Picture, saturated: Option<&[bool]>, encoded: bool) -> Self {
+    pub fn new(title: &str, role: &'static str, picture: &PlanarImage, saturated: Option<&[bool]>, encoded: bool) -> Self {
         Self {
             title: title.to_owned(),
             role,
@@ -57,7 +57,7 @@ impl View {
 }
 
 /// A smaller picture as JPEG: means of blocks, saturated ones in magenta.
-pub(super) fn thumbnail(picture: &Picture, saturated: Option<&[bool]>, encoded: bool) -> Vec<u8> {
+pub(super) fn thumbnail(picture: &PlanarImage, saturated: Option<&[bool]>, encoded: bool) -> Vec<u8> {
     let block = picture.width.max(picture.height).div_ceil(SIDE).max(1);
     let (width, height) = ((picture.width / block).max(1), (picture.height / block).max(1));
     let mut means = vec![[0.0_f32; 3]; width * height];
@@ -99,7 +99,7 @@ pub(super) fn image(jpeg: &[u8]) -> String {
 }
 
 /// The photograph in the page, with its marks, numbers and what failed.
-pub(super) fn figure(out: &mut String, view: &View, checks: &[Check], large: bool) {
+pub(super) fn figure(out: &mut String, view: &PhotoView, checks: &[Check], large: bool) {
     let (w, h) = view.size;
     let class = if large { " class=\"large\"" } else { "" };
     let _ = write!(
@@ -149,7 +149,7 @@ mod tests {
 
     #[test]
     fn pictures_are_small_and_show_what_is_saturated() {
-        let picture = Picture::new(4000, 10);
+        let picture = PlanarImage::new(4000, 10);
         let mut saturated = vec![false; 40_000];
         saturated[0] = true;
         let jpeg = thumbnail(&picture, Some(&saturated), false);

@@ -1,17 +1,17 @@
 //! The camera, and what its lens does to brightness.
 
-use super::{Session, name_of};
-use crate::checks::{BLURRY, CALIBRATION_RMS, CALIBRATION_SIGMA, COVERAGE, Code, Limits, PARTIAL, UNEVEN, VIEWS};
+use super::session::{Session, name_of};
+use crate::checks::{BLURRY, CALIBRATION_RMS, CALIBRATION_SIGMA, COVERAGE, CheckCode, Limits, PARTIAL, Reading, UNEVEN, VIEWS};
 use crate::dictionary::Dictionary;
 use crate::edges;
-use crate::flat::Flat;
+use crate::flat::Falloff;
 use crate::lens::Lens;
 use crate::noise;
 use crate::photo::Samples;
-use crate::report::{Mark, View};
+use crate::report::{Mark, PhotoView};
 use crate::shoot::{FlatMethod, Role};
 use crate::vision::calibrate::{self, FEWEST_CORNERS};
-use crate::vision::{Gray, board, markers};
+use crate::vision::{GreyImage8, board, markers};
 use biscale::error::Result;
 use biscale::formats::capture::{Camera, FlatField, Severity};
 use glam::DVec2;
@@ -31,9 +31,9 @@ impl Session<'_> {
                 self.step("calibrating")?;
                 continue;
             };
-            let gray = Gray::of(&photo.picture, photo.samples != Samples::Float);
+            let gray = GreyImage8::of(&photo.picture, photo.samples != Samples::Float);
             let found = board::detect(&gray, layout)?;
-            let mut view = View::new(&name, Role::Board.name(), &photo.picture, None, photo.samples != Samples::Float);
+            let mut view = PhotoView::new(&name, Role::Board.name(), &photo.picture, None, photo.samples != Samples::Float);
             view.marks.extend(found.markers.iter().map(|m| Mark::Outline(m.1.to_vec(), "marker")));
             view.marks.extend(found.corners.iter().map(|c| Mark::Cross(c.1)));
             view.row("corners", format!("{} of {}", found.corners.len(), layout.count()));
@@ -48,7 +48,7 @@ impl Session<'_> {
         let good = views.iter().filter(|v| v.len() >= FEWEST_CORNERS).count();
         let Some(calibration) = calibration else {
             let message = format!("{good} views show the board well enough, too few to calibrate the camera; take more than {VIEWS}");
-            self.checks.valued(Code::TooFewViews, Severity::Fail, None, good as f64, f64::from(VIEWS), "views", &message);
+            self.checks.valued(CheckCode::TooFewViews, Severity::Fail, Reading::of_shoot(good as f64, "views"), f64::from(VIEWS), &message);
             return Ok(self.given_camera());
         };
         let used = calibration.used.iter().filter(|u| **u).count();
@@ -58,7 +58,7 @@ impl Session<'_> {
         } else {
             (Severity::Warn, "few views of the board: take more than 10, tilted by up to 45 degrees to all sides")
         };
-        self.checks.valued(Code::TooFewViews, severity, None, used as f64, f64::from(VIEWS), "views", message);
+        self.checks.valued(CheckCode::TooFewViews, severity, Reading::of_shoot(used as f64, "views"), f64::from(VIEWS), message);
         let (severity, message) = if calibration.coverage >= COVERAGE {
             (Severity::Ok, "the views reach all over the picture")
         } else {
@@ -67,17 +67,35 @@ impl Session<'_> {
                 "large parts of the picture, of a 10 x 10 grid, never show the board: distortion is a guess there; bring the board to the corners",
             )
         };
-        self.checks.valued(Code::BadCoverage, severity, None, calibration.coverage, COVERAGE, "share of a 10 x 10 grid", message);
+        self.checks.valued(
+            CheckCode::BadCoverage,
+            severity,
+            Reading::of_shoot(calibration.coverage, "share of a 10 x 10 grid"),
+            COVERAGE,
+            message,
+        );
         let limits = Limits { warn: CALIBRATION_RMS, fail: 4.0 * CALIBRATION_RMS };
         let bad = "the camera does not explain the corners: is the board flat, in focus, and as described?";
-        self.checks.limit(Code::CalibrationError, None, calibration.rms, limits, "px (RMS)", "the camera explains the corners", bad);
+        self.checks.limit(
+            CheckCode::CalibrationError,
+            Reading::of_shoot(calibration.rms, "px (RMS)"),
+            limits,
+            "the camera explains the corners",
+            bad,
+        );
         let lens = calibration.lens;
         let s = &calibration.sigma;
         let relative = [s[0] / lens.focal.x, s[1] / lens.focal.y, s[2] / lens.centre.x, s[3] / lens.centre.y];
         let worst = 3.0 * relative.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
         let limits = Limits { warn: CALIBRATION_SIGMA, fail: 4.0 * CALIBRATION_SIGMA };
         let bad = "focal length or principal point are uncertain: tilt the board more, and bring it nearer";
-        self.checks.limit(Code::CalibrationError, None, worst, limits, "3 sigma over value", "focal length and centre are certain", bad);
+        self.checks.limit(
+            CheckCode::CalibrationError,
+            Reading::of_shoot(worst, "3 sigma over value"),
+            limits,
+            "focal length and centre are certain",
+            bad,
+        );
         let mut dropped = Vec::new();
         for (k, name) in names.iter().enumerate() {
             let error = calibration.view_errors[k];
@@ -89,7 +107,7 @@ impl Session<'_> {
             }
             if !calibration.used[k] && views[k].len() >= FEWEST_CORNERS {
                 let message = format!("its error is {error:.2} px, far over the others': it was left out of the calibration");
-                self.checks.valued(Code::CalibrationError, Severity::Ok, Some(name), error, calibration.rms, "px", &message);
+                self.checks.valued(CheckCode::CalibrationError, Severity::Ok, Reading::of(name, error, "px"), calibration.rms, &message);
                 dropped.push(name.clone());
             }
         }
@@ -107,23 +125,21 @@ impl Session<'_> {
     }
 
     /// What a board view shows, or why it does not.
-    fn board_checks(&mut self, name: &str, gray: &Gray, found: &board::Found, layout: &crate::board::Board) -> Result<()> {
+    fn board_checks(&mut self, name: &str, gray: &GreyImage8, found: &board::DetectedBoard, layout: &crate::board::Board) -> Result<()> {
         if found.corners.is_empty() {
             return self.nothing_found(name, gray, layout.dictionary.as_ref(), "the board", Severity::Warn);
         }
         let share = found.corners.len() as f64 / layout.count() as f64;
         if share < PARTIAL {
             let message = "a part of the board is seen; the rest is cut off, hidden or too dark";
-            self.checks.valued(Code::BoardPartial, Severity::Warn, Some(name), share, PARTIAL, "share of the corners", message);
+            self.checks.valued(CheckCode::BoardPartial, Severity::Warn, Reading::of(name, share, "share of the corners"), PARTIAL, message);
         }
         if let Some(scale) = found.marker_scale {
             let bad = "the markers are not as large relative to the squares as [board] says: measure both on the print";
             self.checks.limit(
-                Code::ScaleMismatch,
-                Some(name),
-                (scale - 1.0).abs(),
+                CheckCode::ScaleMismatch,
+                Reading::of(name, (scale - 1.0).abs(), "relative"),
                 Limits { warn: 0.02, fail: 0.05 },
-                "relative",
                 "markers and squares have the sizes that [board] says",
                 bad,
             );
@@ -134,10 +150,10 @@ impl Session<'_> {
     }
 
     /// Checks the spread of the edges of markers; photographs without markers of some size say nothing.
-    pub(super) fn sharpness(&mut self, name: &str, gray: &impl edges::Grey, sides: &[[DVec2; 4]], dictionary: Option<&Dictionary>) {
+    pub(super) fn sharpness(&mut self, name: &str, gray: &impl edges::GreyImage, sides: &[[DVec2; 4]], dictionary: Option<&Dictionary>) {
         if let Some(spread) = dictionary.and_then(|d| edges::spread(gray, sides, d.cells() as f64)) {
             let bad = "edges are spread: focus, close the aperture a little, use a tripod";
-            self.checks.limit(Code::Blurry, Some(name), spread, BLURRY, "px (10 to 90 %)", "edges are sharp", bad);
+            self.checks.limit(CheckCode::Blurry, Reading::of(name, spread, "px (10 to 90 %)"), BLURRY, "edges are sharp", bad);
         }
     }
 
@@ -145,7 +161,7 @@ impl Session<'_> {
     pub(super) fn nothing_found(
         &mut self,
         name: &str,
-        gray: &Gray,
+        gray: &GreyImage8,
         dictionary: Option<&Dictionary>,
         what: &str,
         severity: Severity,
@@ -154,10 +170,10 @@ impl Session<'_> {
         if let Some((family, count)) = &other {
             let ours = dictionary.map_or_else(|| "no chessboard".to_owned(), |d| format!("none of {}", d.name()));
             let message = format!("found other marker family: {count} markers of {family}, {ours}; is this the right photograph?");
-            self.checks.add(Code::OtherMarkers, severity, Some(name), message);
+            self.checks.add(CheckCode::OtherMarkers, severity, Some(name), message);
         }
         let message = format!("{what} is not seen: it must be in the picture, in focus, and not in glare");
-        self.checks.add(Code::BoardNotFound, severity, Some(name), message);
+        self.checks.add(CheckCode::BoardNotFound, severity, Some(name), message);
         Ok(())
     }
 
@@ -180,14 +196,14 @@ impl Session<'_> {
     /// Falloff and noise, from the photographs of an even surface.
     pub(super) fn flat_field(&mut self) -> Result<Option<FlatField>> {
         let shoot = self.shoot;
-        let mut first: Option<crate::linear::Linear> = None;
+        let mut first: Option<crate::linear::LinearPhoto> = None;
         let mut name = String::new();
         for spec in shoot.of_role(Role::Flat) {
             for k in 0..spec.files.len() {
                 let shot = self.shot_of(spec, k..k + 1)?;
                 self.step("flat field")?;
                 let Some(shot) = shot else { continue };
-                let mut view = View::new(&shot.name, Role::Flat.name(), &shot.linear.picture, Some(&shot.linear.saturated), false);
+                let mut view = PhotoView::new(&shot.name, Role::Flat.name(), &shot.linear.picture, Some(&shot.linear.saturated), false);
                 view.row("saturated", format!("{:.2} %", 100.0 * share(&shot.linear.saturated)));
                 self.report.views.push(view);
                 match &first {
@@ -203,13 +219,19 @@ impl Session<'_> {
         let Some(photo) = first else { return Ok(None) };
         let middle = 0.5 * DVec2::new((photo.picture.width - 1) as f64, (photo.picture.height - 1) as f64);
         let centre = self.lens.map_or(middle, |l| l.centre);
-        let Some(flat) = Flat::fit(&photo, centre, shoot.camera.flat) else {
+        let Some(flat) = Falloff::fit(&photo, centre, shoot.camera.flat) else {
             let message = "the flat field is saturated, dark or uneven all over: take it again at about half of the scale";
-            self.checks.add(Code::UnevenLight, Severity::Fail, Some(&name), message);
+            self.checks.add(CheckCode::UnevenLight, Severity::Fail, Some(&name), message);
             return Ok(None);
         };
         let bad = "the light of the flat field falls off from one side to the other: turn the surface by half a turn and take the mean, or light it more evenly";
-        self.checks.limit(Code::UnevenLight, Some(&name), flat.tilt, UNEVEN, "relative, over the picture", "the flat field is even", bad);
+        self.checks.limit(
+            CheckCode::UnevenLight,
+            Reading::of(&name, flat.tilt, "relative, over the picture"),
+            UNEVEN,
+            "the flat field is even",
+            bad,
+        );
         let out = FlatField {
             method: if flat.method == FlatMethod::Divide { "divide" } else { "radial" }.into(),
             radial: flat.radial,

@@ -1,8 +1,8 @@
 //! What the rectified close-up shows: analysed, checked, told.
 
-use super::Session;
-use crate::checks::Code;
-use crate::photo::Picture;
+use super::session::Session;
+use crate::checks::{CheckCode, Reading};
+use crate::photo::PlanarImage;
 use crate::shoot::SurfaceKind;
 use crate::weave::{self, Analysis, Axis, Measured, RectifiedPhoto, Relief, Weave};
 use biscale::error::{Error, Result};
@@ -33,7 +33,7 @@ fn relief_rows(r: &Relief, in_mm: bool) -> Vec<(String, String)> {
 
 impl Session<'_> {
     /// The weave or relief of a rectified close-up, and a guess as material file. What cannot be told is a check.
-    pub(super) fn small_scale(&mut self, picture: &Picture, good: &[bool], mm_per_px: Option<f64>, name: &str) -> Result<SmallScale> {
+    pub(super) fn small_scale(&mut self, picture: &PlanarImage, good: &[bool], mm_per_px: Option<f64>, name: &str) -> Result<SmallScale> {
         let nothing = SmallScale::default();
         if self.shoot.sample.kind == SurfaceKind::Other {
             return Ok(nothing);
@@ -44,18 +44,18 @@ impl Session<'_> {
         let analysis = match weave::analyse(&photo, &options) {
             Ok(analysis) => analysis,
             Err(Error::BadInput(bad)) => {
-                self.checks.add(Code::NoPeriod, Severity::Fail, Some(name), format!("{}; {}", bad.problem, bad.remedy));
+                self.checks.add(CheckCode::NoPeriod, Severity::Fail, Some(name), format!("{}; {}", bad.problem, bad.remedy));
                 return Ok(nothing);
             }
             Err(other) => return Err(other),
         };
         for finding in &analysis.findings {
             let (code, severity) = match finding.code {
-                weave::Code::NoPeriod => (Code::NoPeriod, Severity::Fail),
-                weave::Code::Undersampled => (Code::Undersampled, Severity::Warn),
-                weave::Code::AmbiguousWeave => (Code::AmbiguousWeave, Severity::Warn),
+                weave::FindingCode::NoPeriod => (CheckCode::NoPeriod, Severity::Fail),
+                weave::FindingCode::Undersampled => (CheckCode::Undersampled, Severity::Warn),
+                weave::FindingCode::AmbiguousWeave => (CheckCode::AmbiguousWeave, Severity::Warn),
             };
-            self.checks.valued(code, severity, Some(name), finding.measured, finding.threshold, "", &finding.message);
+            self.checks.valued(code, severity, Reading::of(name, finding.measured, ""), finding.threshold, &finding.message);
         }
         let material = analysis.material(&self.shoot.name, &weave::MaterialGuesses::default());
         let Some(found) = &analysis.weave else {
@@ -68,7 +68,13 @@ impl Session<'_> {
         if analysis.findings.is_empty() {
             let message = format!("the close-up shows {}", found.class);
             let pixels = found.warp.pixels.min(found.weft.pixels);
-            self.checks.valued(Code::Undersampled, Severity::Ok, Some(name), pixels, weave::MIN_PIXELS_A_THREAD, "px a thread", &message);
+            self.checks.valued(
+                CheckCode::Undersampled,
+                Severity::Ok,
+                Reading::of(name, pixels, "px a thread"),
+                weave::MIN_PIXELS_A_THREAD,
+                &message,
+            );
         }
         self.report.weave = rows(found, mm_per_px.is_some());
         self.report.grid = lines(found, mm_per_px.unwrap_or(1.0), picture.width, picture.height);

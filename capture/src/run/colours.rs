@@ -1,22 +1,16 @@
 //! Colour: the matrix from a checker, or from the patches of our own sheet, and how bright each light is.
 
-use super::Session;
 use super::read::Shot;
-use crate::checks::{CHECKER, CLIPPED, Code, NOT_LINEAR};
+use super::register;
+use super::session::{CheckerColour, Session};
+use crate::checks::{CHECKER, CLIPPED, CheckCode, NOT_LINEAR, Reading};
 use crate::colour::{Correction, GREYS, checker_rgb, fit, grey_exponent};
-use crate::report::{Mark, View};
+use crate::report::{Mark, PhotoView};
 use crate::shoot::{PhotoSpec, Registration, Role};
 use crate::vision::checker::{self, Checker};
 use biscale::error::Result;
 use biscale::formats::capture::{Colour, Light, Severity};
 use glam::{DMat3, DVec3};
-
-/// The correction, and where it is from.
-pub(super) struct Colours {
-    pub correction: Correction,
-    source: &'static str,
-    light: String,
-}
 
 /// A mean error over this means that what was found is no checker.
 const NO_CHECKER: f64 = 25.0;
@@ -50,7 +44,7 @@ impl Session<'_> {
         }
         let photo = &shot.linear;
         let found = checker::find(&photo.picture, &photo.saturated, self.lens.as_ref(), spec.checker_px)?;
-        let mut view = View::new(&name, Role::Checker.name(), &photo.picture, Some(&photo.saturated), false);
+        let mut view = PhotoView::new(&name, Role::Checker.name(), &photo.picture, Some(&photo.saturated), false);
         let seen = found.filter(|c| c.correction.mean_delta_e() < NO_CHECKER);
         let Some(found) = seen else {
             self.report.views.push(view);
@@ -59,7 +53,7 @@ impl Session<'_> {
             } else {
                 "no whole checker of 24 patches is seen: show all of it, larger and straight on, or give its corners as `checker_px`"
             };
-            self.checks.add(Code::CheckerNotFound, Severity::Fail, Some(&name), message);
+            self.checks.add(CheckCode::CheckerNotFound, Severity::Fail, Some(&name), message);
             return Ok(());
         };
         view.marks.extend(found.windows.iter().map(|w| Mark::Outline(w.to_vec(), "patch")));
@@ -73,7 +67,7 @@ impl Session<'_> {
                 self.brightness.insert(spec.light.clone(), 1.0);
                 self.report.patches =
                     found.measured.iter().map(|m| (found.correction.matrix * DVec3::from(*m)).to_array()).zip(checker_rgb()).collect();
-                self.colours = Some(Colours { correction: found.correction, source: "checker", light: spec.light.clone() });
+                self.colours = Some(CheckerColour { correction: found.correction, source: "checker", light: spec.light.clone() });
             }
             Some(first) => {
                 let reference = checker_rgb();
@@ -92,18 +86,16 @@ impl Session<'_> {
     fn checker_checks(&mut self, name: &str, found: &Checker) {
         if found.saturated > CLIPPED.fail {
             let message = "patches of the checker are saturated: expose less";
-            self.checks.valued(Code::Clipped, Severity::Fail, Some(name), found.saturated, CLIPPED.fail, "share of a patch", message);
+            self.checks.valued(
+                CheckCode::Clipped,
+                Severity::Fail,
+                Reading::of(name, found.saturated, "share of a patch"),
+                CLIPPED.fail,
+                message,
+            );
         }
         if let Some(exponent) = grey_exponent(&found.measured) {
-            self.checks.limit(
-                Code::NotLinear,
-                Some(name),
-                (exponent - 1.0).abs(),
-                NOT_LINEAR,
-                "exponent away from 1",
-                "the greys of the checker are proportional to light",
-                "the greys of the checker are not proportional to light: the file has a tone curve, a wrong black level, or glare lies on the checker",
-            );
+            self.checks.limit(CheckCode::NotLinear, Reading::of(name, (exponent - 1.0).abs(), "exponent away from 1"), NOT_LINEAR, "the greys of the checker are proportional to light", "the greys of the checker are not proportional to light: the file has a tone curve, a wrong black level, or glare lies on the checker");
         }
         let (worst, mean) = (found.correction.worst_delta_e(), found.correction.mean_delta_e());
         // One patch may be dirty: the worst one warns, and fails only together with the mean.
@@ -122,7 +114,7 @@ impl Session<'_> {
             Severity::Warn => (CHECKER.warn, "a patch of the checker keeps a visible difference"),
             Severity::Ok => (CHECKER.warn, "all patches are reached"),
         };
-        self.checks.valued(Code::CheckerBadFit, severity, Some(name), worst, threshold, "Delta E 2000, worst patch", message);
+        self.checks.valued(CheckCode::CheckerBadFit, severity, Reading::of(name, worst, "Delta E 2000, worst patch"), threshold, message);
     }
 
     /// From the patches of the sheet: as they were sent to the printer, so only as good as that prints.
@@ -144,7 +136,7 @@ impl Session<'_> {
             let inset = 0.25 * (high - low);
             let corners =
                 [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|c| low + inset + glam::DVec2::from(c) * (high - low - 2.0 * inset));
-            let seen = corners.map(|c| super::samples::visible(shoot, sheet, c, &pose).and_then(|p| lens.project(p)));
+            let seen = corners.map(|c| register::visible(shoot, sheet, c, &pose).and_then(|p| lens.project(p)));
             let [Some(a), Some(b), Some(c), Some(d)] = seen else { continue };
             if let Some((value, over)) = checker::mean(&shot.linear.picture, &shot.linear.saturated, &[a, b, c, d])
                 && over == 0.0
@@ -156,7 +148,7 @@ impl Session<'_> {
         let correction = fit(&measured, &reference).or_else(|| white_balance(&measured, &reference));
         if let Some(correction) = correction {
             self.brightness.insert(spec.light.clone(), 1.0);
-            self.colours = Some(Colours { correction, source: "sheet", light: spec.light.clone() });
+            self.colours = Some(CheckerColour { correction, source: "sheet", light: spec.light.clone() });
         }
         Ok(())
     }

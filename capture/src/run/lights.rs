@@ -1,14 +1,14 @@
 //! The directions of the lights.
 
-use super::Session;
 use super::read::Shot;
-use crate::checks::{Code, LIGHT};
-use crate::edges::Grey;
+use super::session::Session;
+use crate::checks::{CheckCode, LIGHT, Reading};
+use crate::edges::GreyImage;
 use crate::lens::{Lens, Pose};
-use crate::light::{self, Estimate};
-use crate::report::{Mark, View};
+use crate::light::{self, DirectionEstimate};
+use crate::report::{Mark, PhotoView};
 use crate::shoot::{PhotoSpec, Role, Stick};
-use crate::vision::{Gray, Luminance, circle};
+use crate::vision::{GreyImage8, Luminance, circle};
 use biscale::error::Result;
 use biscale::formats::capture::{Light, LightSource, Severity};
 use glam::{DVec2, DVec3};
@@ -42,13 +42,19 @@ impl Session<'_> {
     }
 
     fn together(&mut self, name: String, sources: Vec<LightSource>) -> Option<Light> {
-        let estimates: Vec<Estimate> =
-            sources.iter().map(|s| Estimate { direction: s.direction.into(), sigma: s.sigma_deg.to_radians() }).collect();
+        let estimates: Vec<DirectionEstimate> =
+            sources.iter().map(|s| DirectionEstimate { direction: s.direction.into(), sigma: s.sigma_deg.to_radians() }).collect();
         let (best, apart) = light::combine(&estimates)?;
         let apart = (sources.len() > 1).then(|| apart.to_degrees());
         if let Some(apart) = apart {
             let bad = "two sources disagree on the light's direction: was the lamp moved, is it too near, or a mark in the wrong place?";
-            self.checks.limit(Code::LightInconsistent, None, apart, LIGHT, "degrees", "all sources agree on the light's direction", bad);
+            self.checks.limit(
+                CheckCode::LightInconsistent,
+                Reading::of_shoot(apart, "degrees"),
+                LIGHT,
+                "all sources agree on the light's direction",
+                bad,
+            );
             if let Some(check) = self.checks.0.last_mut() {
                 check.message = format!("light \"{name}\": {}", check.message);
             }
@@ -66,13 +72,13 @@ impl Session<'_> {
     /// What one photograph of a ball or stick tells.
     fn light_of(&mut self, spec: &PhotoSpec, shot: &Shot) -> Result<Option<LightSource>> {
         let name = shot.name.clone();
-        let mut view = View::new(&name, Role::Light.name(), &shot.linear.picture, Some(&shot.linear.saturated), false);
+        let mut view = PhotoView::new(&name, Role::Light.name(), &shot.linear.picture, Some(&shot.linear.saturated), false);
         let pose = self.pose_of(spec, shot)?;
         let Some((pose, lens)) = pose else {
             self.report.views.push(view);
             let message =
                 "where the camera stood is not known: the board or sheet of the sample must be seen together with the ball or stick";
-            self.checks.add(Code::LightNotFound, Severity::Fail, Some(&name), message);
+            self.checks.add(CheckCode::LightNotFound, Severity::Fail, Some(&name), message);
             return Ok(None);
         };
         let (kind, found) = match spec.stick {
@@ -87,7 +93,7 @@ impl Session<'_> {
                 Some(LightSource { kind: kind.into(), photograph: Some(name), direction: d.into(), sigma_deg: estimate.sigma.to_degrees() })
             }
             Err(message) => {
-                self.checks.add(Code::LightNotFound, Severity::Fail, Some(&name), message);
+                self.checks.add(CheckCode::LightNotFound, Severity::Fail, Some(&name), message);
                 None
             }
         };
@@ -95,12 +101,19 @@ impl Session<'_> {
         Ok(out)
     }
 
-    fn ball(&self, spec: &PhotoSpec, shot: &Shot, pose: &Pose, lens: &Lens, view: &mut View) -> Result<Result<Estimate, String>> {
+    fn ball(
+        &self,
+        spec: &PhotoSpec,
+        shot: &Shot,
+        pose: &Pose,
+        lens: &Lens,
+        view: &mut PhotoView,
+    ) -> Result<Result<DirectionEstimate, String>> {
         let luminance = Luminance(&shot.linear.picture);
         let candidates = match spec.ball_px {
             Some(circle) => vec![circle],
             None => {
-                let gray = Gray::of(&shot.linear.picture, false);
+                let gray = GreyImage8::of(&shot.linear.picture, false);
                 let spots = match spec.highlight_px {
                     Some(spot) => vec![(spot, 2.0)],
                     None => circle::spots(&shot.linear.picture),
@@ -110,7 +123,7 @@ impl Session<'_> {
             }
         };
         // The likeliest ball is the one of whose rim most is seen.
-        let mut best: Option<(f64, light::Outline, [f64; 3], DVec2, f64)> = None;
+        let mut best: Option<(f64, light::BallOutline, [f64; 3], DVec2, f64)> = None;
         for candidate in candidates {
             let rays: Vec<Vec<DVec3>> =
                 circle::outline(&luminance, candidate).iter().map(|e| e.iter().filter_map(|p| lens.ray(*p)).collect()).collect();
@@ -136,12 +149,12 @@ impl Session<'_> {
         // The middle of a spot is known to a small part of its size.
         let sigma = (0.25 + 0.1 * size) / (0.5 * (lens.focal.x + lens.focal.y));
         Ok(match light::mirror_ball(&outline, ray, sigma) {
-            Some(e) => Ok(Estimate { direction: (pose.rotation.transpose() * e.direction).normalize(), sigma: e.sigma }),
+            Some(e) => Ok(DirectionEstimate { direction: (pose.rotation.transpose() * e.direction).normalize(), sigma: e.sigma }),
             None => Err("the highlight does not lie on the ball: correct `ball_px` or `highlight_px`".into()),
         })
     }
 
-    fn stick(&self, stick: &Stick, shot: &Shot, pose: &Pose, lens: &Lens, view: &mut View) -> Result<Estimate, String> {
+    fn stick(&self, stick: &Stick, shot: &Shot, pose: &Pose, lens: &Lens, view: &mut PhotoView) -> Result<DirectionEstimate, String> {
         // The stick stands on what carries the markers.
         let ground = -self.shoot.sample.offset;
         let foot = stick.foot.extend(ground);

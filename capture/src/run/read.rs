@@ -1,29 +1,18 @@
 //! Reading photographs into linear values, with the checks that concern files and settings.
 
-use super::{Session, name_of};
-use crate::checks::{Code, NOT_LINEAR};
-use crate::linear::{self, Exposure, Linear};
+use super::session::{Session, name_of};
+use crate::checks::{CheckCode, NOT_LINEAR, Reading};
+use crate::linear::{self, Exposure, LinearPhoto};
 use crate::photo::{self, Photo, Samples};
 use crate::shoot::PhotoSpec;
 use biscale::error::{Error, Result};
 use biscale::formats::capture::{self, Severity};
 use std::path::Path;
 
-/// What must not change during a shoot, as first seen: with the photograph that said it.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Settings {
-    f_number: Option<(f64, String)>,
-    focal_mm: Option<(f64, String)>,
-    model: Option<(String, String)>,
-    /// Linear photographs whose exposure is not known, and how many there are in all.
-    unknown: Vec<String>,
-    linear: usize,
-}
-
 /// A linear photograph with what was known of its making.
 pub(super) struct Shot {
     pub name: String,
-    pub linear: Linear,
+    pub linear: LinearPhoto,
     pub exposure: Option<capture::Exposure>,
     pub samples: Samples,
     pub gain: f64,
@@ -37,7 +26,7 @@ impl Session<'_> {
         let photo = match photo::read(file) {
             Ok(photo) => photo,
             Err(Error::BadInput(bad)) => {
-                self.checks.add(Code::Unreadable, Severity::Fail, Some(&name), format!("{}; {}", bad.problem, bad.remedy));
+                self.checks.add(CheckCode::Unreadable, Severity::Fail, Some(&name), format!("{}; {}", bad.problem, bad.remedy));
                 return Ok(None);
             }
             Err(other) => return Err(other),
@@ -49,7 +38,7 @@ impl Session<'_> {
                 "it is {} x {} pixels and the first photograph {width} x {height}: a crop or another camera has another centre; take all alike",
                 size.0, size.1
             );
-            self.checks.add(Code::WrongSize, Severity::Fail, Some(&name), problem);
+            self.checks.add(CheckCode::WrongSize, Severity::Fail, Some(&name), problem);
             return Ok(None);
         }
         Ok(Some(photo))
@@ -75,13 +64,13 @@ impl Session<'_> {
                     "{why}; convert the camera's raw file to linear 16-bit TIFF or EXR, or take it as sRGB with --assume-srgb, which loses accuracy (if \
                      it is linear all the same, write `linear = true` under [camera])"
                 );
-                self.checks.add(Code::NotLinear, Severity::Fail, Some(&name), message);
+                self.checks.add(CheckCode::NotLinear, Severity::Fail, Some(&name), message);
                 return Ok(None);
             }
             let srgb = linear::is_srgb(&photo, &self.shoot.camera);
             if srgb {
                 let message = "its values were taken as sRGB, as asked; cameras change them by more than that curve";
-                self.checks.add(Code::AssumedSrgb, Severity::Warn, Some(&name), message);
+                self.checks.add(CheckCode::AssumedSrgb, Severity::Warn, Some(&name), message);
             }
             samples = photo.samples;
             let meta = photo.metadata.clone();
@@ -98,7 +87,7 @@ impl Session<'_> {
         }
         if brackets.len() > 1 && !known {
             let message = "the exposure times of the brackets are not known; write `seconds = [...]`, one a file";
-            self.checks.add(Code::NoExposure, Severity::Fail, Some(&name), message);
+            self.checks.add(CheckCode::NoExposure, Severity::Fail, Some(&name), message);
             return Ok(None);
         }
         self.settings.linear += 1;
@@ -115,7 +104,7 @@ impl Session<'_> {
     }
 
     /// Brackets of one view must differ by their exposure and nothing else.
-    fn brackets_are_linear(&mut self, name: &str, brackets: &[(photo::Picture, Vec<bool>, Exposure)]) -> bool {
+    fn brackets_are_linear(&mut self, name: &str, brackets: &[(photo::PlanarImage, Vec<bool>, Exposure)]) -> bool {
         let mut good = true;
         for pair in brackets.windows(2) {
             let (short, long) = if pair[0].2.divisor() <= pair[1].2.divisor() { (&pair[0], &pair[1]) } else { (&pair[1], &pair[0]) };
@@ -123,11 +112,9 @@ impl Session<'_> {
             let ratio = long.2.divisor() / short.2.divisor();
             if let Some(exponent) = linear::bracket_exponent(&short.0, &long.0, &over, ratio) {
                 let severity = self.checks.limit(
-                    Code::NotLinear,
-                    Some(name),
-                    (exponent - 1.0).abs(),
+                    CheckCode::NotLinear,
+                    Reading::of(name, (exponent - 1.0).abs(), "exponent away from 1"),
                     NOT_LINEAR,
-                    "exponent away from 1",
                     "brackets differ as their exposures do",
                     "brackets do not differ as their exposures do: the values have a tone curve, or the times are wrong",
                 );
@@ -163,7 +150,7 @@ impl Session<'_> {
         }
         for change in changed {
             let message = format!("{change}: falloff and calibration hold for one setting only; take all photographs with the same");
-            self.checks.add(Code::SettingsChanged, Severity::Fail, Some(name), message);
+            self.checks.add(CheckCode::SettingsChanged, Severity::Fail, Some(name), message);
         }
     }
 
@@ -176,7 +163,7 @@ impl Session<'_> {
                  `seconds = ...`",
                 unknown.join(", ")
             );
-            self.checks.add(Code::NoExposure, Severity::Warn, None, message);
+            self.checks.add(CheckCode::NoExposure, Severity::Warn, None, message);
         }
     }
 }

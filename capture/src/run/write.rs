@@ -1,6 +1,6 @@
 //! Files of a capture folder.
 
-use crate::photo::Picture;
+use crate::photo::PlanarImage;
 use biscale::error::{Error, Result};
 use biscale::formats::capture::{Capture, FILE_NAME};
 use exr::meta::attribute::LineOrder;
@@ -26,7 +26,7 @@ pub(super) fn json(capture: &Capture, folder: &Path) -> Result<()> {
 }
 
 /// A linear picture as `OpenEXR`: R, G, B in 32 bits, run-length coded, which is quick.
-pub(super) fn exr(picture: Picture, path: &Path, source: &str) -> Result<()> {
+pub(super) fn exr(picture: PlanarImage, path: &Path, source: &str) -> Result<()> {
     let text = |s: &str| Text::new_or_none(s).unwrap_or_default();
     let ascii: String = source.chars().map(|c| if c.is_ascii() { c } else { '?' }).collect();
     let attributes = LayerAttributes {

@@ -1,6 +1,8 @@
 //! Reads a shoot file, every mistake with its line.
 
-use super::{CameraSpec, FlatMethod, GivenLens, LightSpec, PhotoSpec, ROLES, Registration, SampleSpec, Shape, Shoot, Stick, SurfaceKind};
+use super::spec::{
+    CameraSpec, FlatMethod, GivenLens, LightSpec, PhotoSpec, ROLES, Registration, SampleSpec, Shape, Shoot, Stick, SurfaceKind,
+};
 use crate::board::Board;
 use crate::dictionary::{self, Dictionary};
 use crate::sheet::{Sheet, Target};

@@ -1,9 +1,9 @@
 //! The corners of a board in a photograph.
 
-use super::markers::{self, Marker};
-use super::{Gray, failed, place, point, refine_corners, whole};
-use crate::board::{Board, Kind};
-use crate::edges::Grey as _;
+use super::image::{GreyImage8, failed, place, point, refine_corners, whole};
+use super::markers::{self, DetectedMarker};
+use crate::board::{Board, BoardKind};
+use crate::edges::GreyImage as _;
 use biscale::error::Result;
 use glam::DVec2;
 use opencv::calib3d;
@@ -12,9 +12,9 @@ use opencv::prelude::*;
 
 /// What was found of a board.
 #[derive(Clone, Debug, Default)]
-pub struct Found {
+pub struct DetectedBoard {
     /// Markers of the board's dictionary and numbers.
-    pub markers: Vec<Marker>,
+    pub markers: Vec<DetectedMarker>,
     /// Places on the board, mm, and in the photograph, px.
     pub corners: Vec<(DVec2, DVec2)>,
     /// Side of the markers relative to what the board says, where squares tell it.
@@ -25,22 +25,22 @@ pub struct Found {
 ///
 /// # Errors
 /// What `OpenCV` says; a board that is not there is no error.
-pub fn detect(gray: &Gray, board: &Board) -> Result<Found> {
+pub fn detect(gray: &GreyImage8, board: &Board) -> Result<DetectedBoard> {
     match board.kind {
-        Kind::Chessboard { columns, rows } => {
+        BoardKind::Chessboard { columns, rows } => {
             let pixels = chessboard(gray, columns, rows)?;
-            Ok(Found { corners: board.corners.iter().copied().zip(pixels).collect(), ..Found::default() })
+            Ok(DetectedBoard { corners: board.corners.iter().copied().zip(pixels).collect(), ..DetectedBoard::default() })
         }
-        Kind::Markers => {
+        BoardKind::Markers => {
             let markers = of_board(gray, board)?;
             let corners = markers.iter().flat_map(|m| marker_places(board, m.0).into_iter().flatten().zip(m.1)).collect();
-            Ok(Found { markers, corners, marker_scale: None })
+            Ok(DetectedBoard { markers, corners, marker_scale: None })
         }
-        Kind::Charuco { square, marker, .. } => charuco(gray, board, square, marker),
+        BoardKind::Charuco { square, marker, .. } => charuco(gray, board, square, marker),
     }
 }
 
-fn of_board(gray: &Gray, board: &Board) -> Result<Vec<Marker>> {
+fn of_board(gray: &GreyImage8, board: &Board) -> Result<Vec<DetectedMarker>> {
     let Some(dictionary) = &board.dictionary else { return Ok(Vec::new()) };
     let mut markers = markers::detect(gray, dictionary)?;
     markers.retain(|m| marker_places(board, m.0).is_some());
@@ -53,7 +53,7 @@ pub fn marker_places(board: &Board, id: i32) -> Option<[DVec2; 4]> {
 }
 
 /// The inner corners of a chessboard in a photograph, row by row; none if it is not seen as a whole.
-fn chessboard(gray: &Gray, columns: u32, rows: u32) -> Result<Vec<DVec2>> {
+fn chessboard(gray: &GreyImage8, columns: u32, rows: u32) -> Result<Vec<DVec2>> {
     const LOOK: f64 = 1600.0;
     let what = "looking for a chessboard";
     let factor = (gray.width.max(gray.height) as f64 / LOOK).max(1.0);
@@ -79,16 +79,16 @@ fn chessboard(gray: &Gray, columns: u32, rows: u32) -> Result<Vec<DVec2>> {
 }
 
 /// Corners between the squares, from the markers around them (as `interpolateCornersCharuco` does), then refined.
-fn charuco(gray: &Gray, board: &Board, square: f64, marker: f64) -> Result<Found> {
+fn charuco(gray: &GreyImage8, board: &Board, square: f64, marker: f64) -> Result<DetectedBoard> {
     let markers = of_board(gray, board)?;
     let mut corners = Vec::new();
     if markers.is_empty() {
-        return Ok(Found::default());
+        return Ok(DetectedBoard::default());
     }
     let all: Vec<(DVec2, DVec2)> = markers.iter().flat_map(|m| marker_places(board, m.0).into_iter().flatten().zip(m.1)).collect();
     for &corner in &board.corners {
         // Only where a marker of its own is seen: elsewhere it would be a guess.
-        let mut near: Vec<&Marker> = markers
+        let mut near: Vec<&DetectedMarker> = markers
             .iter()
             .filter(|m| marker_places(board, m.0).is_some_and(|c| (c.iter().sum::<DVec2>() / 4.0).distance(corner) < 0.75 * square))
             .collect();
@@ -120,11 +120,11 @@ fn charuco(gray: &Gray, board: &Board, square: f64, marker: f64) -> Result<Found
         }
     }
     let marker_scale = marker_scale(board, &markers, &corners, marker)?;
-    Ok(Found { markers, corners, marker_scale })
+    Ok(DetectedBoard { markers, corners, marker_scale })
 }
 
 /// Whether four squares meet at a place: light and dark ones across. Where the sample, or a hand, covers the board they do not.
-fn is_corner(gray: &Gray, h: &glam::DMat3, corner: DVec2, reach: f64) -> bool {
+fn is_corner(gray: &GreyImage8, h: &glam::DMat3, corner: DVec2, reach: f64) -> bool {
     /// Steps of grey between light and dark.
     const LEAST: f64 = 12.0;
     let value = |x: f64, y: f64| gray.value(apply(h, corner + reach * DVec2::new(x, y)));
@@ -135,7 +135,7 @@ fn is_corner(gray: &Gray, h: &glam::DMat3, corner: DVec2, reach: f64) -> bool {
 }
 
 /// The sides of the markers in units of what the board says, where the squares are the ruler.
-fn marker_scale(board: &Board, markers: &[Marker], corners: &[(DVec2, DVec2)], marker: f64) -> Result<Option<f64>> {
+fn marker_scale(board: &Board, markers: &[DetectedMarker], corners: &[(DVec2, DVec2)], marker: f64) -> Result<Option<f64>> {
     let mut scales = Vec::new();
     for m in markers {
         let Some(places) = marker_places(board, m.0) else { continue };

@@ -1,6 +1,6 @@
 //! The camera that explains views of a board.
 
-use super::{failed, point};
+use super::image::{failed, point};
 use crate::checks::FEWEST_VIEWS;
 use crate::lens::Lens;
 use biscale::error::Result;
@@ -10,7 +10,7 @@ use opencv::core::{Mat, Point2f, Point3f, Size, TermCriteria, Vector};
 use opencv::prelude::*;
 
 /// One view: places on the board, mm, and in the photograph, px.
-pub type View = Vec<(DVec2, DVec2)>;
+pub type BoardView = Vec<(DVec2, DVec2)>;
 
 /// A calibrated camera.
 #[derive(Clone, Debug)]
@@ -42,7 +42,7 @@ const DROP_OVER: f64 = 0.3;
 ///
 /// # Errors
 /// What `OpenCV` says of views that it cannot use.
-pub fn calibrate(views: &[View], width: usize, height: usize) -> Result<Option<Calibration>> {
+pub fn calibrate(views: &[BoardView], width: usize, height: usize) -> Result<Option<Calibration>> {
     let mut used: Vec<bool> = views.iter().map(|v| v.len() >= FEWEST_CORNERS).collect();
     let mut view_errors = vec![f64::NAN; views.len()];
     loop {
@@ -78,7 +78,7 @@ pub fn coverage(pixels: impl Iterator<Item = DVec2>, width: usize, height: usize
     cells.iter().filter(|c| **c).count() as f64 / 100.0
 }
 
-fn once(views: &[&View], width: usize, height: usize) -> Result<(Lens, [f64; 9], f64, Vec<f64>)> {
+fn once(views: &[&BoardView], width: usize, height: usize) -> Result<(Lens, [f64; 9], f64, Vec<f64>)> {
     let what = "the calibration";
     #[expect(clippy::cast_possible_truncation, reason = "OpenCV's points are f32")]
     let object: Vector<Vector<Point3f>> =

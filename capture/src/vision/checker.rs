@@ -1,10 +1,10 @@
 //! A checker of 24 patches in a photograph.
 
 use super::board::{apply, homography};
-use super::{failed, place, whole};
+use super::image::{failed, place, whole};
 use crate::colour::{COLUMNS, Correction, checker_rgb, fit};
 use crate::lens::Lens;
-use crate::photo::Picture;
+use crate::photo::PlanarImage;
 use biscale::error::Result;
 use biscale::render::picture::linear_to_srgb;
 use glam::DVec2;
@@ -45,7 +45,7 @@ const INNER: f64 = 0.5;
 ///
 /// # Errors
 /// What `OpenCV` says; `None` if there is none.
-pub fn find(photo: &Picture, saturated: &[bool], lens: Option<&Lens>, given: Option<[DVec2; 4]>) -> Result<Option<Checker>> {
+pub fn find(photo: &PlanarImage, saturated: &[bool], lens: Option<&Lens>, given: Option<[DVec2; 4]>) -> Result<Option<Checker>> {
     let frame = match given {
         Some(corners) => Frame { corners, border: 0.0 },
         None => match detect(photo)? {
@@ -87,7 +87,7 @@ pub fn find(photo: &Picture, saturated: &[bool], lens: Option<&Lens>, given: Opt
 }
 
 /// Mean of a convex quadrilateral in a photograph, and its share of saturated pixels; `None` if it leaves the picture or holds no pixel.
-pub(crate) fn mean(photo: &Picture, saturated: &[bool], corners: &[DVec2; 4]) -> Option<([f64; 3], f64)> {
+pub(crate) fn mean(photo: &PlanarImage, saturated: &[bool], corners: &[DVec2; 4]) -> Option<([f64; 3], f64)> {
     let (low, high) = corners.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), c| (l.min(*c), h.max(*c)));
     if !(low.x >= 0.0 && low.y >= 0.0 && high.x <= (photo.width - 1) as f64 && high.y <= (photo.height - 1) as f64) {
         return None;
@@ -113,14 +113,15 @@ pub(crate) fn mean(photo: &Picture, saturated: &[bool], corners: &[DVec2; 4]) ->
 }
 
 /// The corners of a checker that `OpenCV` sees, px; around the patches with a gap.
-fn detect(photo: &Picture) -> Result<Option<[DVec2; 4]>> {
+fn detect(photo: &PlanarImage) -> Result<Option<[DVec2; 4]>> {
     const LOOK: f64 = 1200.0;
     let what = "looking for a checker";
     let factor = (photo.width.max(photo.height) as f64 / LOOK).max(1.0);
     // By the mean of each small pixel's part: a fine pattern must not alias.
     let (width, height) = (whole(photo.width as f64 / factor), whole(photo.height as f64 / factor));
     let bright =
-        super::percentile(photo.planes[1].iter().step_by((photo.planes[1].len() / 100_000).max(1)).copied().collect(), 0.99).max(1e-9);
+        super::image::percentile(photo.planes[1].iter().step_by((photo.planes[1].len() / 100_000).max(1)).copied().collect(), 0.99)
+            .max(1e-9);
     let byte = |v: f32| {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
         let b = (255.0 * linear_to_srgb(f64::from(v / bright) * 0.9) + 0.5) as u8;

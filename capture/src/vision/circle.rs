@@ -1,8 +1,8 @@
 //! A mirror ball in a photograph.
 
-use super::{Gray, failed, whole};
-use crate::edges::Grey;
-use crate::photo::Picture;
+use super::image::{GreyImage8, failed, whole};
+use crate::edges::GreyImage;
+use crate::photo::PlanarImage;
 use biscale::error::Result;
 use glam::DVec2;
 use opencv::core::{Mat, Rect, Size, Vec3f, Vector};
@@ -16,7 +16,7 @@ const SPOT_LEVEL: f32 = 0.6;
 const SPOTS: usize = 6;
 
 /// Small bright spots, as the lamp makes on a mirror ball: middle and radius, px, the largest first. None if bright things are no exception in the picture.
-pub fn spots(picture: &Picture) -> Vec<(DVec2, f64)> {
+pub fn spots(picture: &PlanarImage) -> Vec<(DVec2, f64)> {
     let [r, g, b] = &picture.planes;
     let light = |i: usize| 0.25 * r[i] + 0.5 * g[i] + 0.25 * b[i];
     let top = (0..r.len()).map(light).fold(0.0_f32, f32::max);
@@ -52,7 +52,7 @@ pub fn spots(picture: &Picture) -> Vec<(DVec2, f64)> {
 ///
 /// # Errors
 /// What `OpenCV` says.
-pub fn around(gray: &Gray, spot: DVec2, size: f64) -> Result<Vec<[f64; 3]>> {
+pub fn around(gray: &GreyImage8, spot: DVec2, size: f64) -> Result<Vec<[f64; 3]>> {
     /// Radius of a circle in a piece, px, and by how much it may differ.
     const RADIUS: f64 = 60.0;
     const RANGE: f64 = 1.3;
@@ -95,7 +95,7 @@ pub fn around(gray: &Gray, spot: DVec2, size: f64) -> Result<Vec<[f64; 3]>> {
 pub const RAYS: u32 = 180;
 
 /// Places that may be the outline near a circle: along rays from its middle, where the light changes, the strongest few.
-pub fn outline(image: &impl Grey, [x, y, radius]: [f64; 3]) -> Vec<Vec<DVec2>> {
+pub fn outline(image: &impl GreyImage, [x, y, radius]: [f64; 3]) -> Vec<Vec<DVec2>> {
     /// Changes of the light over a step that count, of its level.
     const LEAST: f64 = 0.02;
     const MOST: usize = 6;
@@ -132,7 +132,7 @@ pub fn outline(image: &impl Grey, [x, y, radius]: [f64; 3]) -> Vec<Vec<DVec2>> {
 }
 
 /// The middle of the brightest spot within a circle and its radius, px; `None` if nothing stands out.
-pub fn highlight(image: &impl Grey, [x, y, radius]: [f64; 3]) -> Option<(DVec2, f64)> {
+pub fn highlight(image: &impl GreyImage, [x, y, radius]: [f64; 3]) -> Option<(DVec2, f64)> {
     let middle = DVec2::new(x, y);
     let reach = 0.97 * radius;
     let step = (radius / 300.0).max(0.5);

@@ -1,7 +1,7 @@
 //! `ArUco` markers in a photograph.
 
-use super::{Gray, failed, place, refine_corners, whole};
-use crate::dictionary::{self, Dictionary, Own};
+use super::image::{GreyImage8, failed, place, refine_corners, whole};
+use crate::dictionary::{self, CustomDictionary, Dictionary};
 use biscale::error::{Error, Result};
 use glam::DVec2;
 use opencv::aruco::{self, CORNER_REFINE_NONE, DetectorParameters};
@@ -9,7 +9,7 @@ use opencv::core::{Mat, Point2f, Ptr, Vector};
 use opencv::prelude::*;
 
 /// A marker that was found: its number, and its corners from its own upper left clockwise, px.
-pub type Marker = (i32, [DVec2; 4]);
+pub type DetectedMarker = (i32, [DVec2; 4]);
 
 /// Names of `AprilTag` families after the dictionaries of ours, in `OpenCV`'s order.
 const APRIL_TAGS: [&str; 4] = ["AprilTag 16h5", "AprilTag 25h9", "AprilTag 36h10", "AprilTag 36h11"];
@@ -29,12 +29,12 @@ fn markers_of(dictionary: &Dictionary) -> Result<Markers> {
             let number = dictionary::names().iter().position(|n| n == name).and_then(|k| i32::try_from(k).ok());
             predefined(number.ok_or_else(|| Error::Numeric(format!("OpenCV has no dictionary {name}")))?)
         }
-        Dictionary::Own(own) => made(own),
+        Dictionary::Custom(own) => made(own),
     }
 }
 
 /// `OpenCV` keeps the bits of all four turns of each marker as bytes, a row a marker.
-fn made(own: &Own) -> Result<Markers> {
+fn made(own: &CustomDictionary) -> Result<Markers> {
     let what = "a dictionary of one's own";
     let side = i32::try_from(own.side).unwrap_or(i32::MAX);
     let mut rows: Vector<Mat> = Vector::new();
@@ -53,7 +53,7 @@ fn made(own: &Own) -> Result<Markers> {
 ///
 /// # Errors
 /// What `OpenCV` says.
-pub fn detect(gray: &Gray, dictionary: &Dictionary) -> Result<Vec<Marker>> {
+pub fn detect(gray: &GreyImage8, dictionary: &Dictionary) -> Result<Vec<DetectedMarker>> {
     let ours = markers_of(dictionary)?;
     let factor = (gray.width.max(gray.height) as f64 / LOOK).max(1.0);
     let mut rough = look(gray, &ours, factor, false)?;
@@ -65,7 +65,7 @@ pub fn detect(gray: &Gray, dictionary: &Dictionary) -> Result<Vec<Marker>> {
     }
     // The border is one cell wide: a window of half a cell sees one corner only.
     let cells = dictionary.cells() as f64;
-    let mut out: Vec<Marker> = Vec::with_capacity(rough.len());
+    let mut out: Vec<DetectedMarker> = Vec::with_capacity(rough.len());
     for (id, corners) in rough {
         let shortest = (0..4).map(|k| corners[k].distance(corners[(k + 1) % 4])).fold(f64::INFINITY, f64::min);
         let window = whole(0.5 * shortest / cells).clamp(2, 12);
@@ -85,7 +85,7 @@ fn area(c: &[DVec2; 4]) -> f64 {
 }
 
 /// Markers of a dictionary in a picture `1 / factor` as large; `large` ones need wider windows of the threshold, which melt small ones together.
-fn look(gray: &Gray, dictionary: &Markers, factor: f64, large: bool) -> Result<Vec<Marker>> {
+fn look(gray: &GreyImage8, dictionary: &Markers, factor: f64, large: bool) -> Result<Vec<DetectedMarker>> {
     let what = "looking for markers";
     let mut parameters = DetectorParameters::create().map_err(failed(what))?;
     parameters.set_corner_refinement_method(CORNER_REFINE_NONE);
@@ -109,7 +109,7 @@ fn look(gray: &Gray, dictionary: &Markers, factor: f64, large: bool) -> Result<V
 ///
 /// # Errors
 /// What `OpenCV` says.
-pub fn other_family(gray: &Gray, ours: Option<&Dictionary>) -> Result<Option<(String, usize)>> {
+pub fn other_family(gray: &GreyImage8, ours: Option<&Dictionary>) -> Result<Option<(String, usize)>> {
     let factor = (gray.width.max(gray.height) as f64 / LOOK).max(1.0);
     // The largest dictionary of each size holds the smaller ones. Those with few bits see markers in noise: more than one must be found.
     for (number, name) in [

@@ -1,8 +1,8 @@
 //! A first pose from points, to be refined.
 
-use super::failed;
+use super::image::failed;
 use crate::lens::{Lens, Pose};
-use crate::pose::{self, Found, Sighting};
+use crate::pose::{self, PoseEstimate, Sighting};
 use biscale::error::Result;
 use glam::{DMat3, DQuat, DVec3};
 use opencv::calib3d::{self, SolvePnPMethod};
@@ -15,7 +15,7 @@ use opencv::prelude::*;
 ///
 /// # Errors
 /// What `OpenCV` says of points that it cannot use.
-pub fn pose(sightings: &[Sighting], lens: &Lens) -> Result<Option<Found>> {
+pub fn pose(sightings: &[Sighting], lens: &Lens) -> Result<Option<PoseEstimate>> {
     let what = "a pose";
     // Points that the lens cannot see are left out.
     let seen: Vec<(Sighting, glam::DVec2)> = sightings.iter().filter_map(|s| Some((*s, lens.undistort(lens.place(s.pixel))?))).collect();
@@ -27,7 +27,7 @@ pub fn pose(sightings: &[Sighting], lens: &Lens) -> Result<Option<Found>> {
     let image: Vector<Point2d> = seen.iter().map(|(_, p)| Point2d::new(p.x, p.y)).collect();
     let identity = Mat::eye(3, 3, opencv::core::CV_64F).map_err(failed(what))?.to_mat().map_err(failed(what))?;
     let (mut turns, mut shifts): (Vector<Mat>, Vector<Mat>) = (Vector::new(), Vector::new());
-    let mut best: Option<Found> = None;
+    let mut best: Option<PoseEstimate> = None;
     for method in [SolvePnPMethod::SOLVEPNP_SQPNP, SolvePnPMethod::SOLVEPNP_EPNP] {
         let solved = calib3d::solve_pnp_generic(
             &object,
@@ -64,6 +64,6 @@ pub fn pose(sightings: &[Sighting], lens: &Lens) -> Result<Option<Found>> {
     Ok(best)
 }
 
-fn used(found: &Found) -> f64 {
+fn used(found: &PoseEstimate) -> f64 {
     found.used.iter().filter(|u| **u).count() as f64
 }

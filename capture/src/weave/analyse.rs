@@ -1,7 +1,7 @@
 //! The analysis, step by step: what repeats, whether threads explain it, and what else could.
 
 use super::analysis::Analysis;
-use super::finding::{Code, Finding};
+use super::finding::{Finding, FindingCode};
 use super::input::{RectifiedPhoto, WeaveOptions, check};
 use super::orientation::Edges;
 use super::{cloth, relief, scale, threads};
@@ -29,7 +29,7 @@ pub fn analyse(photo: &RectifiedPhoto<'_>, options: &WeaveOptions) -> Result<Ana
         Ok(scale) => scale,
         Err((measured, threshold)) => {
             let message = "nothing in the photograph repeats: take a sharper one, nearer, with more of the surface in it".to_owned();
-            result.findings.push(Finding { code: Code::NoPeriod, message, measured, threshold });
+            result.findings.push(Finding { code: FindingCode::NoPeriod, message, measured, threshold });
             return Ok(result);
         }
     };
@@ -39,7 +39,7 @@ pub fn analyse(photo: &RectifiedPhoto<'_>, options: &WeaveOptions) -> Result<Ana
         // It repeats along one direction, or so that no threads can lie in it.
         if options.draft.is_some() {
             let message = "the photograph repeats, but not as a cloth of the given draft does".to_owned();
-            result.findings.push(Finding { code: Code::AmbiguousWeave, message, measured: 1.0, threshold: MAX_UNEXPLAINED });
+            result.findings.push(Finding { code: FindingCode::AmbiguousWeave, message, measured: 1.0, threshold: MAX_UNEXPLAINED });
             return Ok(result);
         }
         if scale.lattice.basis.len() == 1 {
@@ -49,7 +49,7 @@ pub fn analyse(photo: &RectifiedPhoto<'_>, options: &WeaveOptions) -> Result<Ana
                     "brightness changes across one direction, but only {:.0} % of that repeats, as at an edge or a shadow: show more of the surface",
                     100.0 * measured
                 );
-                result.findings.push(Finding { code: Code::NoPeriod, message, measured, threshold: relief::MIN_REPEATING });
+                result.findings.push(Finding { code: FindingCode::NoPeriod, message, measured, threshold: relief::MIN_REPEATING });
                 return Ok(result);
             }
         }
@@ -67,17 +67,17 @@ pub fn analyse(photo: &RectifiedPhoto<'_>, options: &WeaveOptions) -> Result<Ana
         let message = format!(
             "threads are {fewest:.1} pixels apart: what is on top is a guess; photograph from nearer, {MIN_PIXELS_A_THREAD} pixels a thread or more"
         );
-        result.findings.push(Finding { code: Code::Undersampled, message, measured: fewest, threshold: MIN_PIXELS_A_THREAD });
+        result.findings.push(Finding { code: FindingCode::Undersampled, message, measured: fewest, threshold: MIN_PIXELS_A_THREAD });
     }
     if weave.unexplained > MAX_UNEXPLAINED {
         let message = format!("no draft explains more than {:.0} % of what the photograph shows", 100.0 * (1.0 - weave.unexplained));
         let (measured, threshold) = (weave.unexplained, MAX_UNEXPLAINED);
-        result.findings.push(Finding { code: Code::AmbiguousWeave, message, measured, threshold });
+        result.findings.push(Finding { code: FindingCode::AmbiguousWeave, message, measured, threshold });
     } else if weave.confidence < MIN_CONFIDENCE {
         let message =
             format!("another draft explains the photograph nearly as well as {}: give the draft, or a photograph from nearer", weave.class);
         let (measured, threshold) = (weave.confidence, MIN_CONFIDENCE);
-        result.findings.push(Finding { code: Code::AmbiguousWeave, message, measured, threshold });
+        result.findings.push(Finding { code: FindingCode::AmbiguousWeave, message, measured, threshold });
     }
     result.weave = Some(weave);
     Ok(result)

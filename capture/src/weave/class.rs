@@ -8,7 +8,7 @@ use std::fmt;
 /// Which way the lines of a twill climb, seen with y up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Direction {
+pub enum TwillDirection {
     /// To the right, as the bar of a Z.
     Z,
     /// To the left, as the bar of an S.
@@ -28,7 +28,7 @@ pub enum Class {
         /// Wefts that a warp passes under.
         under: u32,
         /// Which way its lines climb.
-        direction: Direction,
+        direction: TwillDirection,
     },
     /// One crossing of each thread in a repeat, scattered.
     Satin {
@@ -74,9 +74,9 @@ impl Class {
         let under = columns - over;
         let (n, over_, under_) = (columns as u32, over as u32, under as u32);
         if step == 1 {
-            Self::Twill { over: over_, under: under_, direction: Direction::Z }
+            Self::Twill { over: over_, under: under_, direction: TwillDirection::Z }
         } else if step + 1 == columns {
-            Self::Twill { over: over_, under: under_, direction: Direction::S }
+            Self::Twill { over: over_, under: under_, direction: TwillDirection::S }
         } else if over.min(under) == 1 && gcd(step as i64, columns as i64) == 1 {
             Self::Satin { ends: n, step: step as u32, warp_faced: over > under }
         } else {
@@ -106,7 +106,7 @@ impl fmt::Display for Class {
         match *self {
             Self::Plain => write!(f, "plain"),
             Self::Twill { over, under, direction } => {
-                write!(f, "twill {over}/{under} {}", if direction == Direction::Z { "Z" } else { "S" })
+                write!(f, "twill {over}/{under} {}", if direction == TwillDirection::Z { "Z" } else { "S" })
             }
             Self::Satin { ends, step, warp_faced } => write!(f, "satin {ends}/{step} {}-faced", if warp_faced { "warp" } else { "weft" }),
             Self::Basket { warps, wefts } => write!(f, "basket {warps}/{wefts}"),
@@ -131,8 +131,8 @@ mod tests {
         for from in 0..5 {
             assert_eq!(seen(&Draft::shifted(1, 1, 1), from), Class::Plain);
             for (over, under) in [(2, 1), (1, 2), (2, 2), (3, 1), (1, 3), (3, 3), (4, 2)] {
-                let z = Class::Twill { over, under, direction: Direction::Z };
-                let s = Class::Twill { over, under, direction: Direction::S };
+                let z = Class::Twill { over, under, direction: TwillDirection::Z };
+                let s = Class::Twill { over, under, direction: TwillDirection::S };
                 assert_eq!(seen(&Draft::shifted(over, under, 1), from), z);
                 assert_eq!(seen(&Draft::shifted(over, under, over + under - 1), from), s);
             }

@@ -2,7 +2,7 @@
 
 /// One group of pixels of like colour.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Group {
+pub(super) struct ColourCluster {
     /// Mean of the linear colours.
     pub linear: [f64; 3],
     /// Mean in Lab.
@@ -34,7 +34,7 @@ pub(super) fn delta_e(a: [f64; 3], b: [f64; 3]) -> f64 {
 /// At most `k` groups of weighted linear colours; `white` is the linear value that counts as white.
 ///
 /// The first centre is the mean, each further one the colour farthest from all centres, weighted: no random numbers, the same groups each time.
-pub(super) fn k_means(colours: &[([f64; 3], f64)], k: usize, white: f64) -> Vec<Group> {
+pub(super) fn k_means(colours: &[([f64; 3], f64)], k: usize, white: f64) -> Vec<ColourCluster> {
     let scaled: Vec<([f64; 3], [f64; 3], f64)> =
         colours.iter().filter(|c| c.1 > 0.0).map(|&(linear, weight)| (linear, lab(linear.map(|v| v / white)), weight)).collect();
     let total: f64 = scaled.iter().map(|s| s.2).sum();
@@ -67,7 +67,7 @@ pub(super) fn k_means(colours: &[([f64; 3], f64)], k: usize, white: f64) -> Vec<
         groups = sums
             .iter()
             .filter(|s| s.2 > 0.0)
-            .map(|s| Group { linear: s.0.map(|v| v / s.2), lab: s.1.map(|v| v / s.2), weight: s.2 })
+            .map(|s| ColourCluster { linear: s.0.map(|v| v / s.2), lab: s.1.map(|v| v / s.2), weight: s.2 })
             .collect();
         let moved = groups.len() != centres.len() || groups.iter().zip(&centres).any(|(g, &c)| delta_e(g.lab, c) > 1e-6);
         centres = groups.iter().map(|g| g.lab).collect();

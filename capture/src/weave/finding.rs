@@ -5,7 +5,7 @@ use serde::Serialize;
 /// What is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "SCREAMING_SNAKE_CASE")]
-pub enum Code {
+pub enum FindingCode {
     /// Nothing in the photograph repeats.
     NoPeriod,
     /// Threads have too few pixels for what is on top to be seen.
@@ -18,7 +18,7 @@ pub enum Code {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
     /// What is wrong.
-    pub code: Code,
+    pub code: FindingCode,
     /// For a person: what it means and what to do.
     pub message: String,
     /// The number that was measured.

@@ -66,13 +66,13 @@ const FOLLOWED: usize = 3;
 const EVALUATIONS: usize = 150;
 
 /// Place of the hole's middle (threads from the fold's middle), its sides (threads), and the logarithm of the blur in pixels.
-type Place = [f64; 5];
+type HoleShape = [f64; 5];
 
 /// The hole that all crossings have in the mean, whatever its colour; nothing if none is clearly seen. `pitch` in pixels.
 pub(super) fn find(fold: &Fold, pitch: [f64; 2]) -> Option<Hole> {
-    let model = Model::new(fold.mean_cell(), pitch);
-    let sides = |p: &Place| [0, 1].map(|k| p[2 + k].clamp(NARROWEST, WIDEST));
-    let narrowest = |p: &Place| sides(p).iter().zip(pitch).map(|(g, pitch)| g * pitch).fold(f64::INFINITY, f64::min);
+    let model = HoleModel::new(fold.mean_cell(), pitch);
+    let sides = |p: &HoleShape| [0, 1].map(|k| p[2 + k].clamp(NARROWEST, WIDEST));
+    let narrowest = |p: &HoleShape| sides(p).iter().zip(pitch).map(|(g, pitch)| g * pitch).fold(f64::INFINITY, f64::min);
     let (dark, any) = (model.search(DARK), model.search(ANY));
     let coloured = any.1 < dark.1 - CLEARER && narrowest(&any.0) > COLOURED_PIXELS;
     let (place, pull) = if coloured { (any.0, ANY) } else { (dark.0, DARK) };
@@ -85,7 +85,7 @@ pub(super) fn find(fold: &Fold, pitch: [f64; 2]) -> Option<Hole> {
 }
 
 /// The mean crossing, and what is needed to compare a hole with it.
-struct Model {
+struct HoleModel {
     cell: Vec<[f64; 3]>,
     mean: [f64; 3],
     variance: f64,
@@ -97,7 +97,7 @@ struct Model {
 /// Functions of one coordinate, in bins.
 type Profiles = [[f64; BINS]; TERMS];
 
-impl Model {
+impl HoleModel {
     fn new(cell: Vec<[f64; 3]>, pitch: [f64; 2]) -> Self {
         let n = cell.len() as f64;
         let mean = [0, 1, 2].map(|c| cell.iter().map(|v| v[c]).sum::<f64>() / n);
@@ -138,7 +138,7 @@ impl Model {
         out
     }
 
-    fn both_profiles(&self, place: &Place) -> [Profiles; 2] {
+    fn both_profiles(&self, place: &HoleShape) -> [Profiles; 2] {
         let sigma = place[4].clamp(-1.5, 1.5).exp();
         [0, 1].map(|k| self.profiles(place[k], place[2 + k].clamp(NARROWEST, WIDEST), sigma / self.pitch[k]))
     }
@@ -152,7 +152,7 @@ impl Model {
     }
 
     /// Logarithm of the share of the cell's variation that a hole leaves unexplained, and what makes its shape unlikely.
-    fn rate(&self, place: &Place, pull: f64, window: [f64; 2]) -> f64 {
+    fn rate(&self, place: &HoleShape, pull: f64, window: [f64; 2]) -> f64 {
         let weights = window.map(|w| Self::window(Some(w)));
         let (left, _) = self.fit(&self.both_profiles(place), &weights, pull);
         let outside: f64 = place[2..4].iter().map(|g| 10.0 * ((NARROWEST - g).max(0.0) + (g - WIDEST).max(0.0))).sum();
@@ -202,13 +202,13 @@ impl Model {
     }
 
     /// The best hole: from the best of many starts, each followed by two searches.
-    fn search(&self, pull: f64) -> (Place, f64) {
+    fn search(&self, pull: f64) -> (HoleShape, f64) {
         let mut best = ([0.0, 0.0, 0.1, 0.1, BLUR.ln()], f64::INFINITY);
         for start in self.starts(pull) {
             let mut place = start;
             for sign in [1.0, -1.0] {
                 let window = [place[0], place[1]];
-                let rate = |p: &Place| self.rate(p, pull, window);
+                let rate = |p: &HoleShape| self.rate(p, pull, window);
                 place = simplex(&rate, place, [0.03, 0.03, 0.04, 0.04, 0.25].map(|s| s * sign), EVALUATIONS);
                 let value = rate(&place);
                 if sign < 0.0 && value < best.1 {
@@ -220,7 +220,7 @@ impl Model {
     }
 
     /// Places and sizes that explain most of the whole crossing, none like another.
-    fn starts(&self, pull: f64) -> Vec<Place> {
+    fn starts(&self, pull: f64) -> Vec<HoleShape> {
         /// What makes two starts alike: middles, and sides.
         const NEAR: (f64, f64) = (0.13, 0.2);
         let even = [1.0; BINS];
@@ -235,7 +235,7 @@ impl Model {
         };
         let (across, upward) = (axis(0), axis(1));
         let squares = self.squares(&even, &even);
-        let mut rated: Vec<(f64, Place)> = Vec::new();
+        let mut rated: Vec<(f64, HoleShape)> = Vec::new();
         for (x, width, of_x, gram_x) in &across {
             let rows = self.rows(of_x, &even);
             for (y, height, of_y, gram_y) in &upward {
@@ -245,9 +245,9 @@ impl Model {
             }
         }
         rated.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut kept: Vec<Place> = Vec::new();
+        let mut kept: Vec<HoleShape> = Vec::new();
         for (_, p) in rated {
-            let alike = |q: &Place| {
+            let alike = |q: &HoleShape| {
                 let apart = wrapped(p[0] - q[0]).abs().max(wrapped(p[1] - q[1]).abs());
                 apart <= NEAR.0 && (p[2] - q[2]).abs() + (p[3] - q[3]).abs() <= NEAR.1
             };
@@ -262,7 +262,7 @@ impl Model {
     }
 
     /// How much the hole's colour differs from what is beside it, on the side where it does least: a share of the brighter of both.
-    fn contrast(&self, place: &Place, pull: f64) -> f64 {
+    fn contrast(&self, place: &HoleShape, pull: f64) -> f64 {
         let weights = [place[0], place[1]].map(|m| Self::window(Some(m)));
         let hole = self.fit(&self.both_profiles(place), &weights, pull).1;
         let size = |v: [f64; 3]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
@@ -347,7 +347,7 @@ mod tests {
     /// A mean crossing with a hole of given sides (threads) and colour, blurred by some bins.
     fn cell(gaps: [f64; 2], hole: [f32; 3], sigma: f64) -> Fold {
         let pitch = [20.0, 20.0];
-        let model = Model::new(vec![[1.0; 3]; BINS * BINS], pitch);
+        let model = HoleModel::new(vec![[1.0; 3]; BINS * BINS], pitch);
         let [x, y] =
             [0.21, -0.33].into_iter().zip(gaps).map(|(m, g)| model.profiles(m, g, sigma / 20.0)).collect::<Vec<_>>().try_into().unwrap();
         let thread = |p: &Profiles, k: usize| 0.3 * p[1][k] + 0.7 * p[4][k] + 0.15 * p[2][k];

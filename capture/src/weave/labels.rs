@@ -4,7 +4,7 @@ use super::class::Class;
 use super::fold::Fold;
 use super::gaps::Gaps;
 use super::grid::Repeat;
-use super::model::{Fit, Shape, Table};
+use super::model::{ClothShape, ModelFit, Table};
 use biscale::geometry::weave::draft::Draft;
 use rayon::prelude::*;
 
@@ -14,9 +14,9 @@ pub(super) struct Guess {
     /// For each different crossing whether the warp lies over.
     pub labels: Vec<bool>,
     /// Shape of the cloth.
-    pub shape: Shape,
+    pub shape: ClothShape,
     /// How well both explain the fold.
-    pub fit: Fit,
+    pub fit: ModelFit,
     /// Standard errors of the widths, as shares of the pitch.
     pub fill_error: [f64; 2],
 }
@@ -34,7 +34,7 @@ impl Guess {
 ///
 /// Threads that cross touch each other, so the bend follows from the sections: less would let them run through each other, more would leave air between
 /// them. Without this a wrong draft explains a photograph by a shape that cannot be.
-fn unlikely(shape: &Shape) -> f64 {
+fn unlikely(shape: &ClothShape) -> f64 {
     let off = |value: f64, usual: f64, spread: f64| ((value / usual).ln() / spread).powi(2);
     1.0 + 0.03 * off(shape.bend, BEND, 0.3) + 0.01 * off(shape.flatness, FLATNESS, 0.5)
 }
@@ -74,7 +74,7 @@ pub(super) fn search(coarse: &Fold, fine: &Fold, pitch: [f64; 2], gaps: Option<&
     let mut rated: Vec<Guess> = Vec::new();
     for middle in gaps.map_or_else(|| middles(fine), |g| vec![g.middle]) {
         let shape =
-            Shape { middle, fill: gaps.map_or([FIRST_FILL; 2], |g| g.fill), flatness: 0.35, bend: 1.0, aspect: pitch[1] / pitch[0] };
+            ClothShape { middle, fill: gaps.map_or([FIRST_FILL; 2], |g| g.fill), flatness: 0.35, bend: 1.0, aspect: pitch[1] / pitch[0] };
         let table = Table::new(&shape, coarse);
         let rate = |labels: Vec<bool>| (table.residual(&labels), labels);
         let mut found: Vec<(f64, Vec<bool>)> = match given {
@@ -95,7 +95,7 @@ pub(super) fn search(coarse: &Fold, fine: &Fold, pitch: [f64; 2], gaps: Option<&
         rated.extend(found.into_iter().map(|(residual, labels)| Guess {
             labels,
             shape,
-            fit: Fit { residual, shares: [0.0; 3] },
+            fit: ModelFit { residual, shares: [0.0; 3] },
             fill_error: [0.0; 2],
         }));
     }
@@ -403,7 +403,7 @@ fn sharpen(fold: &Fold, guess: &mut Guess, pitch: [f64; 2], gaps: Option<&Gaps>)
 }
 
 /// Whether a shape leaves clearly more than `residual`.
-fn shape_worse(fold: &Fold, labels: &[bool], shape: &Shape, blur: [f64; 2], residual: f64) -> bool {
+fn shape_worse(fold: &Fold, labels: &[bool], shape: &ClothShape, blur: [f64; 2], residual: f64) -> bool {
     shape.fit_blurred(fold, labels, blur) > CLEARLY * residual
 }
 

@@ -3,7 +3,6 @@
 use super::analysis::{Analysis, Weave};
 use super::relief::{Profile, Relief};
 
-
 /// What the photograph does not say, and what is written in its place.
 #[derive(Clone, Copy, Debug)]
 pub struct MaterialGuesses {

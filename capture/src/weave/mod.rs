@@ -36,8 +36,8 @@ mod threads;
 
 pub use analyse::{MAX_UNEXPLAINED, MIN_CONFIDENCE, MIN_PIXELS_A_THREAD, analyse};
 pub use analysis::{Analysis, Axis, Weave};
-pub use class::{Class, Direction};
-pub use finding::{Code, Finding};
+pub use class::{Class, TwillDirection};
+pub use finding::{Finding, FindingCode};
 pub use input::{MIN_SIDE, RectifiedPhoto, WeaveOptions};
 pub use material::MaterialGuesses;
 pub use measured::Measured;

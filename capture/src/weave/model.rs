@@ -19,7 +19,7 @@ const TERMS: usize = 7;
 
 /// Shape of the cloth; thread widths are shares of the pitch.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Shape {
+pub(super) struct ClothShape {
     /// Thread coordinates of the middle of warp 0 and weft 0.
     pub middle: [f64; 2],
     /// Widths of warp and weft over their pitch.
@@ -34,7 +34,7 @@ pub(super) struct Shape {
 
 /// How well a draft and a shape explain a fold.
 #[derive(Clone, Debug)]
-pub(super) struct Fit {
+pub(super) struct ModelFit {
     /// Sum of squared residuals over the sum of squared deviations from the mean.
     pub residual: f64,
     /// Shares of the area where warp, weft and neither are on top.
@@ -52,7 +52,7 @@ pub(super) struct Top {
     pub terms: [f64; TERMS],
 }
 
-impl Shape {
+impl ClothShape {
     /// What is on top at a place relative to the nearest crossing, in threads, each coordinate -0.5 to 0.5; `bits` are the labels of
     /// the crossing and its neighbours as in [`around`].
     fn top(&self, ds: f64, dt: f64, bits: usize) -> Top {
@@ -114,7 +114,7 @@ impl Shape {
     }
 
     /// How well this shape with these labels explains a fold.
-    pub fn fit(&self, fold: &Fold, labels: &[bool]) -> Fit {
+    pub fn fit(&self, fold: &Fold, labels: &[bool]) -> ModelFit {
         let mut blocks = [Block::default(), Block::default(), Block::default()];
         for ((top, colour), &count) in self.tops(fold, labels).zip(&fold.colour).zip(&fold.count) {
             if count > 0.0 {
@@ -128,7 +128,7 @@ impl Shape {
 /// Regressors of both threads and of what lies between.
 const ALL: usize = 2 * TERMS + 1;
 
-impl Shape {
+impl ClothShape {
     /// How well this shape explains a fold that a lens and its pixels have blurred: standard deviations in threads along x and y.
     ///
     /// Each bin is the mean of nine points, which spread like the blur.
@@ -189,7 +189,7 @@ const AROUND: [(i64, i64); 5] = [(0, 0), (-1, 0), (1, 0), (0, -1), (0, 1)];
 
 impl Table {
     /// The table of one shape.
-    pub fn new(shape: &Shape, fold: &Fold) -> Self {
+    pub fn new(shape: &ClothShape, fold: &Fold) -> Self {
         let repeat = fold.repeat;
         let mut entries = vec![<[Block; 3]>::default(); 32 * repeat.crossings()];
         for (bin, (&colour, &count)) in fold.colour.iter().zip(&fold.count).enumerate() {
@@ -235,13 +235,13 @@ fn place(fold: &Fold, bin: usize) -> (f64, f64) {
     (i as f64 + (bx as f64 + 0.5) / fold.kx as f64, j as f64 + (by as f64 + 0.5) / fold.ky as f64)
 }
 
-fn fit_of(blocks: &[Block; 3]) -> Fit {
+fn fit_of(blocks: &[Block; 3]) -> ModelFit {
     let total: f64 = blocks.iter().map(|b| b.weight).sum();
     let mean = [0, 1, 2].map(|c| blocks.iter().map(|b| b.rhs[0][c]).sum::<f64>() / total);
     let squares: f64 = blocks.iter().map(|b| b.squares).sum();
     let deviation = squares - total * mean.iter().map(|m| m * m).sum::<f64>();
     let left: f64 = blocks.iter().enumerate().map(|(k, b)| b.residual(if k == 2 { 1 } else { TERMS })).sum();
-    Fit { residual: (left / deviation.max(1e-12)).max(0.0), shares: [0, 1, 2].map(|k| blocks[k].weight / total) }
+    ModelFit { residual: (left / deviation.max(1e-12)).max(0.0), shares: [0, 1, 2].map(|k| blocks[k].weight / total) }
 }
 
 /// Normal equations of one kind of surface.

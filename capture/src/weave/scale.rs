@@ -1,7 +1,7 @@
 //! At which scale, and in windows of which size, a photograph shows its repetition best.
 
-use super::input::RectifiedPhoto;
 use super::field::Field;
+use super::input::RectifiedPhoto;
 use super::lattice::Lattice;
 use super::spectrum::{Peak, Spectrum};
 use glam::DVec2;

@@ -10,10 +10,10 @@
 pub mod flat_shoot;
 
 use biscale::random::mix;
-use biscale_capture::board::{Board, Kind};
+use biscale_capture::board::{Board, BoardKind};
 use biscale_capture::colour::{by_rows, checker_rgb};
 use biscale_capture::lens::{Lens, Pose, farthest};
-use biscale_capture::photo::Picture;
+use biscale_capture::photo::PlanarImage;
 use biscale_capture::shoot::Shape;
 use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
@@ -144,7 +144,7 @@ impl Studio {
     }
 
     /// Sensor values (1 is full) of a second's exposure times `seconds`, before anything is lost to the file.
-    pub fn photograph(&self, scene: &Scene<'_>, pose: &Pose, seconds: f64) -> Picture {
+    pub fn photograph(&self, scene: &Scene<'_>, pose: &Pose, seconds: f64) -> PlanarImage {
         let lens = &self.lens;
         let (width, height) = (lens.width, lens.height);
         // Undistorted places of all pixel corners; inside of a pixel they are nearly bilinear.
@@ -157,7 +157,7 @@ impl Studio {
             .collect();
         let (eye, back) = (pose.eye(), pose.rotation.transpose());
         let far = farthest(width, height, lens.centre);
-        let mut out = Picture::new(width, height);
+        let mut out = PlanarImage::new(width, height);
         let pixels: Vec<[f32; 3]> = (0..width * height)
             .into_par_iter()
             .map(|i| {
@@ -188,7 +188,7 @@ impl Studio {
     }
 
     /// Noise and mosaic; clips at full.
-    fn record(&self, picture: &mut Picture) {
+    fn record(&self, picture: &mut PlanarImage) {
         let width = picture.width;
         for (c, plane) in picture.planes.iter_mut().enumerate() {
             plane.par_iter_mut().enumerate().for_each(|(i, v)| {
@@ -250,7 +250,7 @@ pub fn normal(key: u64) -> f64 {
 }
 
 /// Writes 16-bit linear values, as PNG or TIFF by the ending.
-pub fn save16(picture: &Picture, path: &Path) {
+pub fn save16(picture: &PlanarImage, path: &Path) {
     let word = |v: f32| (f64::from(v).clamp(0.0, 1.0) * 65535.0).round() as u16;
     let pixels: Vec<u16> = (0..picture.planes[0].len()).flat_map(|i| [0, 1, 2].map(|c| word(picture.planes[c][i]))).collect();
     let image = image::ImageBuffer::<image::Rgb<u16>, _>::from_raw(picture.width as u32, picture.height as u32, pixels).unwrap();
@@ -258,7 +258,7 @@ pub fn save16(picture: &Picture, path: &Path) {
 }
 
 /// Writes 8 bits with the curve of sRGB, as a camera's JPEG or PNG by the ending.
-pub fn save8(picture: &Picture, path: &Path) {
+pub fn save8(picture: &PlanarImage, path: &Path) {
     let byte = |v: f32| (255.0 * biscale::render::picture::linear_to_srgb(v.into())).round() as u8;
     let pixels: Vec<u8> = (0..picture.planes[0].len()).flat_map(|i| [0, 1, 2].map(|c| byte(picture.planes[c][i]))).collect();
     image::RgbImage::from_raw(picture.width as u32, picture.height as u32, pixels).unwrap().save(path).unwrap();
@@ -314,9 +314,9 @@ impl Print {
             }
         }
         let square = match self.board.kind {
-            Kind::Charuco { square, .. } => square,
-            Kind::Chessboard { columns, .. } => self.board.size.x / (f64::from(columns) + 1.0),
-            Kind::Markers => return WHITE,
+            BoardKind::Charuco { square, .. } => square,
+            BoardKind::Chessboard { columns, .. } => self.board.size.x / (f64::from(columns) + 1.0),
+            BoardKind::Markers => return WHITE,
         };
         if place.min(self.board.size - place).min_element() < 0.0 {
             return WHITE;

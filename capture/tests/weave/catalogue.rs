@@ -1,7 +1,7 @@
 //! Cloths of all classes, drawn at random.
 
 use super::cloth::{Cloth, Random};
-use biscale_capture::weave::{Class, Direction};
+use biscale_capture::weave::{Class, TwillDirection};
 
 /// A cloth of a class, with everything else at random.
 pub fn random_cloth(kind: usize, random: &mut Random) -> (Class, Cloth) {
@@ -48,8 +48,8 @@ pub fn random_cloth(kind: usize, random: &mut Random) -> (Class, Cloth) {
 pub const KINDS: usize = 20;
 
 fn draft(kind: usize, random: &mut Random) -> (Class, Vec<Vec<bool>>) {
-    let twill = |over: usize, under: usize, direction: Direction| {
-        let shift = if direction == Direction::Z { 1 } else { over + under - 1 };
+    let twill = |over: usize, under: usize, direction: TwillDirection| {
+        let shift = if direction == TwillDirection::Z { 1 } else { over + under - 1 };
         let class = Class::Twill { over: over as u32, under: under as u32, direction };
         (class, Cloth::draft_of(over, under, shift))
     };
@@ -61,7 +61,7 @@ fn draft(kind: usize, random: &mut Random) -> (Class, Vec<Vec<bool>>) {
         let draft = (0..2 * wefts).map(|j| (0..2 * warps).map(|i| (i / warps + j / wefts).is_multiple_of(2)).collect()).collect();
         (Class::Basket { warps: warps as u32, wefts: wefts as u32 }, draft)
     };
-    let direction = if random.unit() < 0.5 { Direction::Z } else { Direction::S };
+    let direction = if random.unit() < 0.5 { TwillDirection::Z } else { TwillDirection::S };
     let faced = random.unit() < 0.5;
     match kind % KINDS {
         0..=2 => (Class::Plain, Cloth::draft_of(1, 1, 1)),

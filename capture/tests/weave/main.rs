@@ -5,7 +5,9 @@ mod catalogue;
 mod cloth;
 
 use biscale::geometry::weave::draft::Draft;
-use biscale_capture::weave::{Analysis, Class, Code, Direction, MaterialGuesses, Profile, RectifiedPhoto, WeaveOptions, analyse};
+use biscale_capture::weave::{
+    Analysis, Class, FindingCode, MaterialGuesses, Profile, RectifiedPhoto, TwillDirection, WeaveOptions, analyse,
+};
 use cloth::{Cloth, Picture};
 
 /// A two-coloured plain cloth under light from the side.
@@ -40,8 +42,8 @@ const ONE_COLOUR: [[f64; 3]; 3] = [[0.5, 0.45, 0.4], [0.5, 0.45, 0.4], [0.02, 0.
 
 #[test]
 fn plain_cloth_and_twills_are_named_and_measured() {
-    let z = |over, under| Class::Twill { over, under, direction: Direction::Z };
-    let s = |over, under| Class::Twill { over, under, direction: Direction::S };
+    let z = |over, under| Class::Twill { over, under, direction: TwillDirection::Z };
+    let s = |over, under| Class::Twill { over, under, direction: TwillDirection::S };
     let cases = [
         (Class::Plain, base()),
         (Class::Plain, Cloth { colours: ONE_COLOUR, pitch: [10.0, 14.0], ..base() }),
@@ -81,7 +83,7 @@ fn threads_of_unlike_pitch_are_recognised() {
     for pitch in [[8.5, 38.0], [36.0, 8.0]] {
         let cloth = Cloth { draft: Cloth::draft_of(2, 1, 1), pitch, size: [480, 480], ..base() };
         let weave = see(&cloth.draw()).weave.unwrap();
-        assert_eq!(weave.class, Class::Twill { over: 2, under: 1, direction: Direction::Z });
+        assert_eq!(weave.class, Class::Twill { over: 2, under: 1, direction: TwillDirection::Z });
         for (axis, pitch) in [weave.warp, weave.weft].into_iter().zip(pitch) {
             assert!((axis.pitch.value / pitch - 1.0).abs() < 0.01, "{:?}, drawn with {pitch}", axis.pitch);
         }
@@ -106,7 +108,7 @@ fn drawn(size: usize, value: impl Fn(f64, f64) -> f64, noise: f64) -> Picture {
     Picture { width: size, height: size, rgb }
 }
 
-fn codes(analysis: &Analysis) -> Vec<Code> {
+fn codes(analysis: &Analysis) -> Vec<FindingCode> {
     analysis.findings.iter().map(|f| f.code).collect()
 }
 
@@ -133,7 +135,7 @@ fn a_cloth_of_jagged_edges_keeps_its_lattice() {
     }
     let analysis = see(&seen);
     let weave = analysis.weave.clone().unwrap();
-    assert_eq!(weave.class, Class::Twill { over: 2, under: 1, direction: Direction::Z }, "{:?}", analysis.findings);
+    assert_eq!(weave.class, Class::Twill { over: 2, under: 1, direction: TwillDirection::Z }, "{:?}", analysis.findings);
     for (axis, pitch) in [(weave.warp, pitch[0]), (weave.weft, pitch[1])] {
         assert!((axis.pitch.value / pitch - 1.0).abs() < 0.01, "{:?}, drawn with {pitch}", axis.pitch);
     }
@@ -142,16 +144,16 @@ fn a_cloth_of_jagged_edges_keeps_its_lattice() {
 #[test]
 fn what_does_not_repeat_is_said_to() {
     let noise = see(&drawn(256, |_, _| 1.0, 0.2));
-    assert_eq!(codes(&noise), [Code::NoPeriod]);
+    assert_eq!(codes(&noise), [FindingCode::NoPeriod]);
     assert!(noise.findings[0].measured < noise.findings[0].threshold);
     assert!(noise.weave.is_none() && noise.relief.is_none());
     let flat = see(&drawn(256, |_, _| 1.0, 0.0));
-    assert_eq!(codes(&flat), [Code::NoPeriod]);
+    assert_eq!(codes(&flat), [FindingCode::NoPeriod]);
     // One edge, and light that falls off evenly.
     for light in [|x: f64, _: f64| if x > 200.0 { 1.2 } else { 0.4 }, |x: f64, _: f64| 0.2 + x / 400.0] {
         for noise in [0.0, 0.01] {
             let seen = see(&drawn(400, light, noise));
-            assert_eq!(codes(&seen), [Code::NoPeriod], "{:?}", seen.relief);
+            assert_eq!(codes(&seen), [FindingCode::NoPeriod], "{:?}", seen.relief);
             assert!(seen.findings[0].measured < seen.findings[0].threshold && seen.relief.is_none());
         }
     }
@@ -160,7 +162,7 @@ fn what_does_not_repeat_is_said_to() {
 #[test]
 fn threads_of_few_pixels_are_undersampled() {
     let analysis = see(&Cloth { pitch: [5.0, 5.5], blur: 0.5, size: [200, 200], ..base() }.draw());
-    assert!(codes(&analysis).contains(&Code::Undersampled), "{:?}", analysis.findings);
+    assert!(codes(&analysis).contains(&FindingCode::Undersampled), "{:?}", analysis.findings);
     let warp = analysis.weave.unwrap().warp;
     assert!((warp.pitch.value / 5.0 - 1.0).abs() < 0.01, "the period is measured all the same: {:?}", warp.pitch);
 }
@@ -230,7 +232,7 @@ fn a_cloth_becomes_a_material_file_and_a_given_draft_is_kept() {
     assert_eq!((known.draft, known.confidence), (given, 1.0));
     // A draft that the cloth cannot have.
     let other = analyse(&photo, &WeaveOptions { draft: Some(Draft::shifted(4, 1, 2)) }).unwrap();
-    assert_eq!(codes(&other), [Code::AmbiguousWeave]);
+    assert_eq!(codes(&other), [FindingCode::AmbiguousWeave]);
 }
 
 #[test]
@@ -238,7 +240,10 @@ fn bad_input_is_refused() {
     let rgb = vec![[0.5_f32; 3]; 64 * 64];
     let good = RectifiedPhoto { width: 64, height: 64, rgb: &rgb, mask: None, mm_per_pixel: None };
     let nothing = vec![false; 64 * 64];
-    assert_eq!(codes(&analyse(&RectifiedPhoto { mask: Some(&nothing), ..good }, &WeaveOptions::default()).unwrap()), [Code::NoPeriod]);
+    assert_eq!(
+        codes(&analyse(&RectifiedPhoto { mask: Some(&nothing), ..good }, &WeaveOptions::default()).unwrap()),
+        [FindingCode::NoPeriod]
+    );
     for bad in [
         RectifiedPhoto { width: 65, ..good },
         RectifiedPhoto { mask: Some(&nothing[1..]), ..good },
@@ -269,7 +274,7 @@ fn real_fabrics_have_their_periods_and_classes() {
         let analysis = analyse(&photo, &WeaveOptions::default()).unwrap();
         // Threads of two to four pixels: the repeat can be told, what is on top cannot.
         let codes = codes(&analysis);
-        assert!(codes.contains(&Code::Undersampled), "{name}: {:?}", analysis.findings);
+        assert!(codes.contains(&FindingCode::Undersampled), "{name}: {:?}", analysis.findings);
         let weave = analysis.weave.unwrap();
         // The class is that of its name, or it is said that no draft explains the photograph.
         let named = match weave.class {
@@ -277,7 +282,7 @@ fn real_fabrics_have_their_periods_and_classes() {
             Class::Satin { .. } => name.starts_with("satin"),
             _ => false,
         };
-        assert!(named || codes.contains(&Code::AmbiguousWeave), "{name}: {}, confidence {}", weave.class, weave.confidence);
+        assert!(named || codes.contains(&FindingCode::AmbiguousWeave), "{name}: {}, confidence {}", weave.class, weave.confidence);
         println!("{name}: {}, {:?} x {:?}, {} threads", weave.class, weave.warp.pitch, weave.weft.pitch, weave.draft.columns);
         if let Some((pitch, threads)) = expected {
             let found = [weave.warp.pitch.value, weave.weft.pitch.value];
