@@ -16,7 +16,7 @@ use biscale::material::{Material, Surface, Tint};
 use biscale::render::scene::Scene;
 use biscale::toml_reader::Source;
 use biscale_capture::shoot::Shoot;
-use biscale_fit::spec::Spec;
+use biscale_fit::fit_file::spec::Spec;
 use clap::Args;
 use glam::DVec3;
 use serde::Serialize;

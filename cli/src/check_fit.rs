@@ -3,8 +3,8 @@
 use crate::interrupt;
 use biscale::error::Result;
 use biscale::filter::Control;
+use biscale_fit::fit_file::spec::Spec;
 use biscale_fit::run::{Survey, survey};
-use biscale_fit::spec::Spec;
 use serde::Serialize;
 use std::fmt;
 

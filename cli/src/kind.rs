@@ -4,7 +4,7 @@ use biscale::error::{BadInput, Error};
 use biscale::render::scene::Scene;
 use biscale::toml_reader::Source;
 use biscale_capture::shoot::Shoot;
-use biscale_fit::spec::Spec;
+use biscale_fit::fit_file::spec::Spec;
 use std::path::Path;
 
 /// What a file is.

@@ -59,8 +59,8 @@ pub fn run(args: &NewArgs, common: &CommonArgs) -> Result<()> {
     let text = match args.kind {
         Kind::Scene => TEMPLATE.to_owned(),
         Kind::Fit => match folder {
-            Some(folder) => biscale_fit::template::for_capture(folder, &seen_from(folder, file))?,
-            None => biscale_fit::template::BY_HAND.to_owned(),
+            Some(folder) => biscale_fit::fit_file::template::for_capture(folder, &seen_from(folder, file))?,
+            None => biscale_fit::fit_file::template::BY_HAND.to_owned(),
         },
         Kind::Shoot => biscale_capture::shoot::TEMPLATE.to_owned(),
         _ => biscale::geometry::template(&kind).ok_or_else(unsupported)?,

@@ -12,31 +12,13 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic"))]
 
-mod align;
-pub mod blur;
-pub mod capture;
-pub mod cells;
-pub mod close_up;
-pub mod descent;
-pub mod equations;
-pub mod identify;
-pub mod indirect;
-pub mod linear;
-pub mod mean_period;
-pub mod model;
-mod near;
+pub mod bounded_least_squares;
+pub mod fit_file;
 mod near_paths;
-pub mod optimise;
-pub mod period;
+pub mod parallel;
 pub mod photograph;
-pub mod picture;
-pub mod profile;
-pub mod recipe;
+pub mod residuals;
 pub mod run;
 pub mod search;
-pub mod spec;
-pub mod template;
-pub mod tile_view;
-pub mod unknowns;
-pub mod validate;
-pub mod variant;
+pub mod uncertainty;
+pub mod verdict;

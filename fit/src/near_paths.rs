@@ -1,6 +1,6 @@
 //! Light between threads as the close-up shows it, place by place of a period: most of it lies where threads stand close, and hardly any on top of them.
 
-use crate::align::Windows;
+use crate::residuals::registration::Windows;
 use biscale::brdf::Brdf;
 use biscale::direction::Pair;
 use biscale::error::Result;

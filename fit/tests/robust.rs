@@ -7,9 +7,9 @@ mod support;
 
 use biscale::error::{Error, Result};
 use biscale::render::picture::Picture;
+use biscale_fit::fit_file::spec::Spec;
 use biscale_fit::run::{Options, Outcome, fit};
 use biscale_fit::search::Memory;
-use biscale_fit::spec::Spec;
 use std::path::Path;
 use support::{PERFECT, View, material, photograph, turned, with_control, write};
 
@@ -127,7 +127,7 @@ fn one_pixel_says_that_it_says_little() {
         }
     });
     let outcome = run(&one, |t| t);
-    let told = |k: &biscale_fit::identify::Known| k.weak || k.not_identified || k.at_bound;
+    let told = |k: &biscale_fit::uncertainty::identify::Known| k.weak || k.not_identified || k.at_bound;
     let of = |kind: &str| outcome.identified.known.iter().filter(|k| k.kind == kind).all(told);
     assert!(of("parameter") && of("colour"), "{:?}", outcome.identified.known);
 }

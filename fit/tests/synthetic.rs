@@ -7,7 +7,7 @@
 mod support;
 
 use biscale_fit::run::{Options, Outcome};
-use biscale_fit::validate::Verdict;
+use biscale_fit::verdict::validate::Verdict;
 use support::question::{GROOVES_MOVE, WEAVE_MOVES, grooves, known, print, run, weave};
 use support::{Faults, PERFECT, REAL, material, set};
 

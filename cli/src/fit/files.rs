@@ -2,10 +2,10 @@
 
 use super::trade;
 use biscale::error::{BadInput, Error, Result};
-use biscale_fit::identify::Known;
+use biscale_fit::fit_file::spec::Spec;
 use biscale_fit::run::{Options, Outcome};
 use biscale_fit::search::{Entry, Memory, Stage};
-use biscale_fit::spec::Spec;
+use biscale_fit::uncertainty::identify::Known;
 use serde_json::{Value, json};
 use std::io::{self, Read, Write};
 use std::path::Path;
@@ -35,7 +35,7 @@ pub fn mark(spec: &Spec, options: &Options) -> String {
     };
     add(env!("CARGO_PKG_VERSION").as_bytes());
     add(spec.source.text.as_bytes());
-    add(spec.recipe.text().as_bytes());
+    add(spec.text.text().as_bytes());
     for photograph in &spec.photographs {
         for value in photograph.image.rgb.iter().flatten() {
             add(&value.to_bits().to_le_bytes());

@@ -12,10 +12,10 @@ use crate::progress;
 use crate::study::cost;
 use biscale::error::{BadInput, Error, Result};
 use biscale::filter::Control;
-use biscale_fit::optimise::Optimiser;
+use biscale_fit::fit_file::spec::Spec;
 use biscale_fit::run::{Better, Early, Options, Outcome};
 use biscale_fit::search::Memory;
-use biscale_fit::spec::Spec;
+use biscale_fit::search::optimise::Optimiser;
 use clap::{Args, ValueEnum};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -211,10 +211,10 @@ fn show(better: &Better<'_>, shown: &Mutex<Instant>, folder: &Folder, control: &
 }
 
 fn write(folder: &Folder, spec: &Spec, options: &Options, outcome: &Outcome, compared: &[trade::Line], mark: &str) -> Result<()> {
-    let mut recipe = outcome.recipe.clone();
-    recipe.rebase(spec.material_file.parent().unwrap_or(Path::new("")));
-    recipe.set_name(&spec.name);
-    let material = format!("{}\n{}", files::MATERIAL_MARK, recipe.text());
+    let mut text = outcome.text.clone();
+    text.rebase(spec.material_file.parent().unwrap_or(Path::new("")));
+    text.set_name(&spec.name);
+    let material = format!("{}\n{}", files::MATERIAL_MARK, text.text());
     let json = serde_json::to_vec_pretty(&files::summary(spec, options, outcome, compared))
         .map_err(|e| Error::Numeric(format!("cannot write the result as JSON: {e}; please report this")))?;
     let png = pictures::panels(&pictures::of(outcome))?;

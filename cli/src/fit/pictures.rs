@@ -4,7 +4,7 @@ use crate::png_file;
 use biscale::error::Result;
 use biscale::render::compare::colour_code;
 use biscale::render::picture::linear_to_srgb;
-use biscale_fit::photograph::Photograph;
+use biscale_fit::photograph::image::Photograph;
 use biscale_fit::run::Outcome;
 
 /// Pixels between two panels.

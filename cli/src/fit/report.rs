@@ -5,12 +5,12 @@ use super::{pictures, trade};
 use crate::plot::svg::{Anchor, Stroke, Svg, base64, stroke};
 use biscale::error::Result;
 use biscale_fabricate::svg::escape;
-use biscale_fit::photograph::Photograph;
-use biscale_fit::profile::Profile;
+use biscale_fit::fit_file::spec::Spec;
+use biscale_fit::photograph::image::Photograph;
 use biscale_fit::run::{Options, Outcome};
 use biscale_fit::search::{Entry, Stage};
-use biscale_fit::spec::Spec;
-use biscale_fit::validate::Verdict;
+use biscale_fit::uncertainty::profile::Profile;
+use biscale_fit::verdict::validate::Verdict;
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8, FlipPool, flip};
 use std::fmt::Write as _;
 

@@ -3,10 +3,10 @@
 use crate::study::cost::cpu_seconds;
 use biscale::error::Result;
 use biscale::filter::Control;
-use biscale_fit::optimise::Optimiser;
+use biscale_fit::fit_file::spec::Spec;
 use biscale_fit::run::{Effort, Options, fit};
 use biscale_fit::search::Memory;
-use biscale_fit::spec::Spec;
+use biscale_fit::search::optimise::Optimiser;
 use serde::Serialize;
 use std::fmt;
 

@@ -1,27 +1,36 @@
 //! After the search: what is known, pictures beside the photographs, and the held-out one.
 
+use super::found::{found, veil};
+use super::options::{COARSE, FINE, Options, POLISH_SAMPLES};
+use super::outcome::{Compared, Early, Outcome};
+use super::prepared::{Prepared, look};
 use super::stages::{Searched, distance, model_of};
-use super::{COARSE, EQUALLY_GOOD, look, recipe_of, veil};
-use super::{Compared, Early, FINE, Options, Outcome, POLISH_SAMPLES, PROFILES, Prepared, Stopwatch};
-use crate::cells::{Cells, turned};
-use crate::close_up::CloseUp;
-use crate::identify;
-use crate::indirect::indirect;
-use crate::model::{Indirect, Model};
-use crate::photograph::{Photograph, Role};
-use crate::picture;
-use crate::profile;
-use crate::recipe::Recipe;
-use crate::search::{APART, Shared, Start, in_parallel};
-use crate::unknowns::{self, UnknownKind};
-use crate::validate::{self, Validation, verdict};
-use crate::variant::{self, Variant};
+use super::stopwatch::Stopwatch;
+use crate::fit_file::material_text::MaterialText;
+use crate::fit_file::variant::{self, Variant};
+use crate::parallel::in_parallel;
+use crate::photograph::close_up::CloseUp;
+use crate::photograph::direction_bins::{Cells, turned};
+use crate::photograph::image::{Photograph, Role};
+use crate::residuals::derivatives;
+use crate::residuals::indirect::indirect;
+use crate::residuals::model::{Indirect, Model};
+use crate::residuals::unknowns::{self, UnknownKind};
+use crate::search::{APART, Shared, Start};
+use crate::uncertainty::identify;
+use crate::uncertainty::profile;
+use crate::verdict::picture;
+use crate::verdict::validate::{self, Validation, verdict};
 use biscale::error::Result;
 use biscale::filter::Control;
 use biscale::filter::common_random_numbers::CommonRandomNumbers;
 use biscale::material::{Material, SmallScale};
 use biscale::render::scene::Light;
 
+/// Profiles that are made.
+const PROFILES: usize = 3;
+/// Largest difference of the objective of two minima that are equally good, as a share of the better one.
+const EQUALLY_GOOD: f64 = 0.05;
 /// What is added to the number of a start for samples of its own: those that tell what samples change.
 const REPLICAS: [usize; 4] = [1000, 2000, 3000, 4000];
 
@@ -30,7 +39,7 @@ pub(super) fn finish(
     prepared: &Prepared<'_>,
     options: &Options,
     shared: &Shared<'_>,
-    found: Searched,
+    searched: Searched,
     mut watch: Stopwatch<'_>,
 ) -> Result<Outcome> {
     // What was asked to stop was the search: what follows is short, and a result without it could not be judged.
@@ -47,7 +56,7 @@ pub(super) fn finish(
         clock: shared.control.clock,
     };
     let spec = prepared.spec;
-    let Searched { starts, refined } = found;
+    let Searched { starts, refined } = searched;
     let variants = prepared.variants().all;
     let best = &starts[0];
     report("identify", 0.0);
@@ -63,11 +72,11 @@ pub(super) fn finish(
             .at_field("parameter")
             .into());
     };
-    let derivatives = identify::derivatives(&model, &best.point, &evaluated, control)?;
+    let derivatives = derivatives::derivatives(&model, &best.point, &evaluated, control)?;
     let replicas = in_parallel(&REPLICAS, |_, &seed| {
         let other = Start { number: best.number + seed, ..best.clone() };
         let model = model_of(prepared, &solved, &prepared.fine, POLISH_SAMPLES, &other, &variants[best.choice], control)?;
-        Ok(model.evaluate_with(&best.point, Some(&evaluated.linear), control)?.map(|e| identify::residuals(&e)))
+        Ok(model.evaluate_with(&best.point, Some(&evaluated.linear), control)?.map(|e| derivatives::residuals(&e)))
     })?;
     let replicas: Vec<Vec<f64>> = replicas.into_iter().flatten().filter(|r| r.len() == derivatives.rows.len()).collect();
     let mut identified = identify::identify(&model, &best.point, &evaluated, &derivatives, &replicas);
@@ -82,17 +91,18 @@ pub(super) fn finish(
         watch.lap("profiles");
     }
     let state = model.state(&best.point);
-    let mut recipe = recipe_of(spec, model.variant, &state, &model.unknowns, &evaluated.linear);
+    let mut text = spec.text.clone();
+    text.write(&found(spec, model.variant, &state, &model.unknowns, &evaluated.linear));
     let mut notes = prepared.notes.clone();
     if let (Some(sides), Some(own)) = (model.variant.sides, variant::own_sides(&spec.material.geometry)) {
         notes.push(format!("threads of {sides} sides explain the photographs better than the {own} of the start material"));
     }
-    let tile = recipe.material()?.build()?.tile.period.to_array();
+    let tile = text.material()?.build()?.tile.period.to_array();
     let close_up = prepared.close_up.as_ref().map(|c| c.on_its_plane(model.height(), tile));
     if spec.scale_to_close_up {
-        scale(&mut recipe, close_up.as_ref(), prepared, &mut notes)?;
+        scale(&mut text, close_up.as_ref(), prepared, &mut notes)?;
     }
-    let material = recipe.material()?;
+    let material = text.material()?;
     let small = material.build()?;
     report("pictures", 0.5);
     let training = evaluated.relative_rms(&prepared.fine);
@@ -159,7 +169,7 @@ pub(super) fn finish(
             variables.iter().map(|v| v.name(spec, &model.unknowns)).collect()
         },
         best: best.point.clone(),
-        recipe,
+        text,
         identified,
         profiles,
         objective: evaluated.objective,
@@ -359,8 +369,8 @@ fn several(
 }
 
 /// Scales all lengths of the material so that its period is the close-up's.
-fn scale(recipe: &mut Recipe, close_up: Option<&CloseUp>, prepared: &Prepared<'_>, notes: &mut Vec<String>) -> Result<()> {
-    let tile = recipe.material()?.build()?.tile;
+fn scale(text: &mut MaterialText, close_up: Option<&CloseUp>, prepared: &Prepared<'_>, notes: &mut Vec<String>) -> Result<()> {
+    let tile = text.material()?.build()?.tile;
     let Some(measured) = close_up.map(|c| c.period) else {
         notes.push("the period is not that of a close-up: there is none".to_owned());
         return Ok(());
@@ -376,7 +386,7 @@ fn scale(recipe: &mut Recipe, close_up: Option<&CloseUp>, prepared: &Prepared<'_
     {
         notes.push(format!("the close-up's periods ask for factors {x:.4} along x and {y:.4} along y; lengths are scaled by the first"));
     }
-    recipe.scale_lengths(&prepared.spec.material.geometry, factor);
+    text.scale_lengths(prepared.spec.material.geometry.kind(), factor);
     notes.push(format!("all lengths were multiplied by {factor:.5}, so that the period is that of the close-up"));
     Ok(())
 }

@@ -1,13 +1,17 @@
 //! The stages of a search: all starts on a coarse model, the best ones on a fine one, and the best one once more.
 
-use super::{COARSE, FINE, Options, POLISH_SAMPLES, Prepared, Stopwatch, recipe_of};
-use crate::cells::Cells;
-use crate::indirect::indirect;
-use crate::model::{Indirect, Model};
-use crate::optimise::{Limits, Optimiser};
-use crate::search::{self, APART, Shared, Stage, Start, Task, in_parallel};
-use crate::unknowns;
-use crate::variant::{Variant, Variants};
+use super::found::found;
+use super::options::{COARSE, FINE, Options, POLISH_SAMPLES};
+use super::prepared::Prepared;
+use super::stopwatch::Stopwatch;
+use crate::fit_file::variant::{Variant, Variants};
+use crate::parallel::in_parallel;
+use crate::photograph::direction_bins::Cells;
+use crate::residuals::indirect::indirect;
+use crate::residuals::model::{Indirect, Model, material_values};
+use crate::residuals::unknowns;
+use crate::search::optimise::{Limits, Optimiser};
+use crate::search::{self, APART, Shared, Stage, Start, Task};
 use biscale::error::{Error, Result};
 use biscale::filter::Control;
 use std::sync::Arc;
@@ -184,9 +188,9 @@ impl Search<'_> {
         let model = self.model(&prepared.fine, COARSE.samples, start, variants)?;
         let Some(evaluated) = model.evaluate(&start.point, control)? else { return Ok(None) };
         let state = model.state(&start.point);
-        let recipe = recipe_of(prepared.spec, model.variant, &state, &model.unknowns, &evaluated.linear);
-        let small = recipe.material()?.build()?;
-        let round = model.rounded_recipe(&recipe).map(|r| r.material().and_then(|m| m.build())).transpose()?;
+        let values = material_values(prepared.spec, &found(prepared.spec, model.variant, &state, &model.unknowns, &evaluated.linear))?;
+        let small = values.material()?.build()?;
+        let round = model.rounded(&values)?;
         let close_up = prepared.close_up.as_ref().map(|c| (c, round.as_ref().unwrap_or(&small)));
         indirect(&small, &prepared.fine, &state.lights, close_up, (prepared.spec.bounces, self.options.seed), control).map(Some)
     }

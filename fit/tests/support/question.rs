@@ -1,10 +1,10 @@
 //! Materials, fit files and fits of the tests.
 
 use super::with_control;
-use biscale_fit::identify::Known;
+use biscale_fit::fit_file::spec::Spec;
 use biscale_fit::run::{Options, Outcome, fit};
 use biscale_fit::search::Memory;
-use biscale_fit::spec::Spec;
+use biscale_fit::uncertainty::identify::Known;
 use std::path::Path;
 
 /// A plain weave; width, height and crimp of its warp, width and height of its weft.

@@ -7,19 +7,19 @@ use biscale::error::Result;
 use biscale::filter::Control;
 use biscale::material::SmallScale;
 use biscale::render::world::World;
-use biscale_fit::cells::{Cells, scene_of, sights};
-use biscale_fit::close_up::CloseUp;
-use biscale_fit::descent::{Evaluate, descend};
-use biscale_fit::equations::{Evaluated, Origin};
-use biscale_fit::indirect::indirect;
-use biscale_fit::mean_period::uniform;
-use biscale_fit::model::{Indirect, Model};
-use biscale_fit::optimise::Limits;
-use biscale_fit::photograph::Role;
+use biscale_fit::fit_file::spec::Spec;
+use biscale_fit::fit_file::variant::{Variants, own_sides};
+use biscale_fit::photograph::close_up::CloseUp;
+use biscale_fit::photograph::direction_bins::{Cells, scene_of, sights};
+use biscale_fit::photograph::image::Role;
+use biscale_fit::photograph::mean_period::uniform;
+use biscale_fit::residuals::equations::{Evaluated, Origin};
+use biscale_fit::residuals::indirect::indirect;
+use biscale_fit::residuals::model::{Indirect, Model};
+use biscale_fit::residuals::unknowns::{UnknownKind, Variable};
 use biscale_fit::run::{FINE, Outcome, POLISH_SAMPLES};
-use biscale_fit::spec::Spec;
-use biscale_fit::unknowns::{UnknownKind, Variable};
-use biscale_fit::variant::Variants;
+use biscale_fit::search::descent::{Evaluate, descend};
+use biscale_fit::search::optimise::Limits;
 use std::collections::BTreeMap;
 
 /// What each unknown was when the photographs were made, by its name; `None` for what is no number of the material.
@@ -99,8 +99,8 @@ impl<'a> Looked<'a> {
         let colours: Vec<[f64; 3]> = (0..material.surfaces.len())
             .map(|s| {
                 let mut sum = [0.0; 3];
-                for slot in biscale_fit::unknowns::slots(&material.surfaces).into_iter().filter(|slot| slot.surface == s) {
-                    let c = biscale_fit::unknowns::colour_of(material, slot);
+                for slot in biscale_fit::residuals::unknowns::slots(&material.surfaces).into_iter().filter(|slot| slot.surface == s) {
+                    let c = biscale_fit::residuals::unknowns::colour_of(material, slot);
                     (0..3).for_each(|k| sum[k] += c[k]);
                 }
                 sum
@@ -111,7 +111,7 @@ impl<'a> Looked<'a> {
             .next()
             .map(|p| CloseUp::new(p, &look(p), &small, uniform(&spec.material.geometry), &colours))
             .unwrap();
-        let variants = Variants::new(spec, &near.choices, &near.other_choices);
+        let variants = Variants::new(&spec.sides, own_sides(&spec.material.geometry), &near.choices, &near.other_choices);
         Self { spec, cells, near, variants }
     }
 
@@ -136,8 +136,8 @@ impl<'a> Looked<'a> {
     fn truth(&self, truth: &str, faults: &Faults) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
         let of = |name: &str| truths(std::iter::once(name), truth)[0];
         let values: Vec<f64> = self.spec.parameters.iter().map(|p| of(&p.key).unwrap()).collect();
-        let unknowns = biscale_fit::unknowns::unknowns(self.spec, self.cells.len(), self.near.scales());
-        let point = biscale_fit::unknowns::variables(self.spec)
+        let unknowns = biscale_fit::residuals::unknowns::unknowns(self.spec, self.cells.len(), self.near.scales());
+        let point = biscale_fit::residuals::unknowns::variables(self.spec)
             .iter()
             .map(|v| match v {
                 Variable::Parameter(k) => self.spec.parameters[*k].to_unit(values[*k]),

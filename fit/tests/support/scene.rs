@@ -3,9 +3,9 @@
 use super::question::{GROOVES_MOVE, WEAVE_MOVES, grooves, run, weave};
 use super::{Faults, LIGHTS, PERFECT, REAL, material, set_under};
 use biscale::random::Random;
-use biscale_fit::optimise::Optimiser;
+use biscale_fit::fit_file::spec::Spec;
 use biscale_fit::run::{Options, Outcome};
-use biscale_fit::spec::Spec;
+use biscale_fit::search::optimise::Optimiser;
 use std::path::Path;
 
 /// A surface, how it is photographed, and where its fit begins.

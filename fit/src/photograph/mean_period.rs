@@ -1,0 +1,248 @@
+//! The mean period of a close-up: all its periods laid on top of each other, place by place.
+//!
+//! A regular surface shows the same in each of its periods. Their mean has next to no noise, every place of it has its counterpart in the model's own
+//! period, and nothing need be sorted. What differs from period to period (threads that lie askew, edges, what perspective moves, highlights
+//! that wander) scatters around the mean, and counts less by as much.
+
+use crate::photograph::direction_bins::Sight;
+use crate::photograph::image::Photograph;
+use crate::photograph::period::{Period, coordinates};
+use biscale::geometry::Geometry;
+use serde::Serialize;
+
+/// Most places along a period, and the fewest that tell anything.
+const MOST: usize = 24;
+const LEAST: usize = 6;
+/// Fewest pixels of a place, on the average.
+const LEAST_PIXELS: f64 = 3.0;
+/// Fewest periods in the picture: one alone has no mean.
+const LEAST_PERIODS: f64 = 1.5;
+/// Most pixels that the lattice is found from.
+const LATTICE_PIXELS: usize = 30_000;
+/// Steps of the lattice, in periods at the side of the picture, from the widest to the narrowest.
+const WIDEST: f64 = 0.08;
+const NARROWEST: f64 = 0.002;
+/// Farthest that a lattice may be from the one that it began as, in the same unit.
+const REACH: f64 = 0.25;
+/// Largest difference of the two periods' ratio from that of the tile.
+const RATIO: f64 = 0.08;
+
+/// Standard deviation of what the model says of a place, as a share of the radiance there, or of a part of the brightest one.
+const RELATIVE: f64 = 0.01;
+const DARK: f64 = 0.3;
+/// Share of the scatter from period to period that the mean period is uncertain by.
+const SCATTER: f64 = 0.25;
+
+/// All periods laid on top of each other.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct MeanPeriod {
+    /// Places along tile x and y; 1 along a direction in which nothing changes.
+    pub size: [usize; 2],
+    /// Length of a period along tile x and y, where there is one: that of the lattice which makes the mean sharpest.
+    pub length: [Option<f64>; 2],
+    /// Mean radiance at each place, rows of x.
+    #[serde(skip)]
+    pub mean: Vec<[f64; 3]>,
+    /// Standard deviation of single pixels there.
+    #[serde(skip)]
+    pub scatter: Vec<[f64; 3]>,
+    /// Pixels there.
+    #[serde(skip)]
+    pub count: Vec<f64>,
+    /// Standard deviation of the difference from a model that is right.
+    #[serde(skip)]
+    pub sigma: Vec<[f64; 3]>,
+}
+
+/// Which place of a period a place of the picture is: rows of periods a unit of length, along x and y.
+type Lattice = [[f64; 2]; 2];
+
+impl MeanPeriod {
+    /// Of the pixels `used` with their radiance; `tile` is the size of a period of the model, `uniform` along which of its directions it does not change. `None` where the
+    /// picture does not repeat as the model does.
+    pub fn new(
+        photograph: &Photograph,
+        used: &[&Sight],
+        pixels: &[[f64; 3]],
+        period: [Option<Period>; 2],
+        (tile, uniform): ([f64; 2], [bool; 2]),
+    ) -> Option<Self> {
+        if (0..2).any(|k| period[k].is_some() == uniform[k]) {
+            return None;
+        }
+        if let [Some(x), Some(y)] = period
+            && ((x.length / y.length) / (tile[0] / tile[1]) - 1.0).abs() > RATIO
+        {
+            return None;
+        }
+        let places = used.iter().map(|s| coordinates(photograph, s.position)).collect::<Option<Vec<_>>>()?;
+        let n = places.len() as f64;
+        let middle: [f64; 2] = std::array::from_fn(|k| places.iter().map(|p| p[k]).sum::<f64>() / n);
+        let places: Vec<[f64; 2]> = places.iter().map(|p| std::array::from_fn(|k| p[k] - middle[k])).collect();
+        let reach = places.iter().flatten().fold(0.0_f64, |m, v| m.max(v.abs()));
+        let spread: [f64; 2] = std::array::from_fn(|k| 3.5 * (places.iter().map(|p| p[k] * p[k]).sum::<f64>() / n).sqrt());
+        let mut size = [1; 2];
+        for k in 0..2 {
+            let Some(found) = period[k] else { continue };
+            // Pixels along a period, from how many there are on all of the surface.
+            let area = spread[0] * spread[1];
+            let along = found.length / (area / n).sqrt();
+            if spread[k] < LEAST_PERIODS * found.length {
+                return None;
+            }
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most MOST")]
+            let places = along.min(MOST as f64) as usize;
+            size[k] = places;
+            if places < LEAST {
+                return None;
+            }
+        }
+        if n < LEAST_PIXELS * (size[0] * size[1]) as f64 {
+            return None;
+        }
+        let start: Lattice = std::array::from_fn(|k| {
+            let mut row = [0.0; 2];
+            row[k] = period[k].map_or(0.0, |p| 1.0 / p.length);
+            row
+        });
+        let stride = places.len().div_ceil(LATTICE_PIXELS);
+        let some: Vec<([f64; 2], [f64; 3])> = places.iter().copied().zip(pixels.iter().copied()).step_by(stride).collect();
+        let lattice = settled(start, reach, &some, size);
+        let mut found = Self {
+            size,
+            length: lengths(&lattice),
+            mean: vec![[0.0; 3]; size[0] * size[1]],
+            scatter: vec![[0.0; 3]; size[0] * size[1]],
+            count: vec![0.0; size[0] * size[1]],
+            sigma: Vec::new(),
+        };
+        for (p, v) in places.iter().zip(pixels) {
+            let at = place(&lattice, *p, size);
+            found.count[at] += 1.0;
+            for c in 0..3 {
+                found.mean[at][c] += v[c];
+                found.scatter[at][c] += v[c] * v[c];
+            }
+        }
+        for ((mean, scatter), &count) in found.mean.iter_mut().zip(&mut found.scatter).zip(&found.count) {
+            for c in 0..3 {
+                mean[c] /= count.max(1.0);
+                scatter[c] = (scatter[c] / count.max(1.0) - mean[c] * mean[c]).max(0.0).sqrt();
+            }
+        }
+        let bright = found.mean.iter().flatten().fold(0.0_f64, |m, v| m.max(*v)).max(1e-9);
+        let sigma = |mean: f64, scatter: f64| (RELATIVE * mean.hypot(DARK * bright)).hypot(SCATTER * scatter);
+        found.sigma = found.mean.iter().zip(&found.scatter).map(|(m, s)| std::array::from_fn(|c| sigma(m[c], s[c]))).collect();
+        Some(found)
+    }
+}
+
+/// Along which directions the surface of a geometry does not change.
+pub fn uniform(geometry: &Geometry) -> [bool; 2] {
+    [false, matches!(geometry, Geometry::Grooves(_))]
+}
+
+/// How long the steps of a lattice are.
+fn lengths(lattice: &Lattice) -> [Option<f64>; 2] {
+    let [[a, b], [c, d]] = *lattice;
+    let size = |row: [f64; 2]| row[0].hypot(row[1]);
+    match [size(lattice[0]) > 0.0, size(lattice[1]) > 0.0] {
+        [true, true] => {
+            // The columns of the inverse: from a place to the same one a period on.
+            let det = (a * d - b * c).abs();
+            [Some(size([d, c]) / det), Some(size([b, a]) / det)]
+        }
+        is => [0, 1].map(|k| is[k].then(|| 1.0 / size(lattice[k]))),
+    }
+}
+
+/// The place of the mean period that a place of the picture belongs to.
+fn place(lattice: &Lattice, p: [f64; 2], size: [usize; 2]) -> usize {
+    let along = |k: usize| {
+        let phase = lattice[k][0] * p[0] + lattice[k][1] * p[1];
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of the size")]
+        let at = ((phase - phase.floor()) * size[k] as f64) as usize;
+        at.min(size[k] - 1)
+    };
+    along(1) * size[0] + along(0)
+}
+
+/// How much the mean period differs from place to place: the sharper, the better the lattice.
+fn contrast(lattice: &Lattice, pixels: &[([f64; 2], [f64; 3])], size: [usize; 2]) -> f64 {
+    let mut sums = vec![([0.0; 3], 0.0); size[0] * size[1]];
+    for (p, v) in pixels {
+        let (sum, count) = &mut sums[place(lattice, *p, size)];
+        (0..3).for_each(|c| sum[c] += v[c]);
+        *count += 1.0;
+    }
+    sums.iter().filter(|s| s.1 > 0.0).map(|(sum, count)| sum.iter().map(|v| v * v).sum::<f64>() / count).sum()
+}
+
+/// The lattice that makes the mean period sharpest, near the one to start from: its periods are those of a picture that may lie a little askew.
+fn settled(start: Lattice, reach: f64, pixels: &[([f64; 2], [f64; 3])], size: [usize; 2]) -> Lattice {
+    let mut best = start;
+    let mut sharpest = contrast(&best, pixels, size);
+    let moves: Vec<(usize, usize)> = (0..2).filter(|&k| size[k] > 1).flat_map(|k| [(k, 0), (k, 1)]).collect();
+    let mut step = WIDEST;
+    while step >= NARROWEST {
+        let mut moved = false;
+        for &(k, j) in &moves {
+            for side in [-1.0, 1.0] {
+                let mut lattice = best;
+                lattice[k][j] += side * step / reach;
+                if ((lattice[k][j] - start[k][j]) * reach).abs() > REACH {
+                    continue;
+                }
+                let found = contrast(&lattice, pixels, size);
+                if found > sharpest {
+                    (best, sharpest, moved) = (lattice, found, true);
+                }
+            }
+        }
+        if !moved {
+            step *= 0.5;
+        }
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    /// Pixels of a picture six periods wide, whose lattice is this.
+    fn pixels(lattice: &Lattice) -> Vec<([f64; 2], [f64; 3])> {
+        let at = |k: usize| {
+            let p = [(k % 150) as f64 / 25.0 - 3.0, (k / 150) as f64 / 25.0 - 3.0];
+            let [x, y] = [0, 1].map(|k| TAU * (lattice[k][0] * p[0] + lattice[k][1] * p[1]));
+            (p, [1.0 + 0.5 * x.sin(), 1.0 + 0.4 * y.cos() * x.sin(), 1.0 + 0.3 * (y + 1.0).sin()])
+        };
+        (0..150 * 150).map(at).collect()
+    }
+
+    #[test]
+    fn a_lattice_that_is_a_little_askew_is_found_from_periods_that_are_a_little_wrong() {
+        let truth = [[0.995, 0.012], [-0.008, 1.006]];
+        let found = settled([[1.0, 0.0], [0.0, 1.0]], 3.0, &pixels(&truth), [24, 24]);
+        for (found, truth) in found.iter().flatten().zip(truth.iter().flatten()) {
+            assert!((found - truth).abs() < 1.5e-3, "{found:?} for {truth:?}");
+        }
+    }
+
+    #[test]
+    fn a_direction_in_which_nothing_changes_stays_without_a_period() {
+        let truth = [[1.01, 0.01], [0.0, 0.0]];
+        let found = settled([[1.0, 0.0], [0.0, 0.0]], 3.0, &pixels(&truth), [24, 1]);
+        assert_eq!(found[1], [0.0; 2]);
+        let [along, across] = lengths(&found);
+        assert!((along.unwrap() * 1.01_f64.hypot(0.01) - 1.0).abs() < 1e-3 && across.is_none(), "{along:?}");
+    }
+
+    #[test]
+    fn steps_of_a_lattice_are_those_of_its_inverse() {
+        let (sin, cos) = 0.2_f64.sin_cos();
+        let [x, y] = lengths(&[[cos / 2.0, sin / 2.0], [-sin / 3.0, cos / 3.0]]).map(Option::unwrap);
+        assert!((x - 2.0).abs() < 1e-12 && (y - 3.0).abs() < 1e-12, "{x} {y}");
+    }
+}

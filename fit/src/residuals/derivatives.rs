@@ -1,0 +1,149 @@
+//! Derivatives of the residuals by all unknowns, by central differences over a step that visibility bits do not spoil.
+
+use crate::parallel::in_parallel;
+use crate::residuals::equations::{Evaluated, HUBER, Origin};
+use crate::residuals::model::Model;
+use crate::residuals::unknowns::UnknownKind;
+use biscale::error::Result;
+use biscale::filter::Control;
+
+/// Half the distance of the central differences, as a share of the range.
+const STEP: f64 = 0.03;
+/// The same of a colour where it moves what the close-up's pixels are sorted by: a share of the colour, and the least of it.
+const COLOUR_STEP: f64 = 0.15;
+const LEAST_COLOUR_STEP: f64 = 0.02;
+/// Derivatives of the residuals by the unknowns.
+#[derive(Clone, Debug)]
+pub struct Derivatives {
+    /// One row a residual, weighted as Huber does: unknowns of the search (by unit of the box), then linear ones.
+    pub rows: Vec<Vec<f64>>,
+    /// Whether each row comes from the close-up.
+    pub close_up: Vec<bool>,
+    /// The group of each row: those that are explained well or badly together.
+    pub groups: Vec<usize>,
+    /// The residuals, weighted alike.
+    pub residuals: Vec<f64>,
+    /// Unknowns of the search.
+    pub variables: usize,
+}
+
+/// All residuals of an evaluation, in standard deviations.
+pub fn residuals(evaluated: &Evaluated) -> Vec<f64> {
+    evaluated.rows.iter().map(|(row, _)| evaluated.residual(row)).chain(evaluated.fixed.iter().copied()).collect()
+}
+
+/// The points at which residuals tell derivatives: a step back and a step on along each unknown of the search.
+pub fn sides(point: &[f64]) -> Vec<Vec<f64>> {
+    let side = |(i, step): (usize, f64)| {
+        let mut at = point.to_vec();
+        at[i] = (at[i] + step).clamp(0.0, 1.0);
+        at
+    };
+    (0..point.len()).flat_map(|i| [(i, -STEP), (i, STEP)]).map(side).collect()
+}
+
+/// The derivatives at a point.
+///
+/// The rows of cells are linear in the colours; those of the close-up are so only as long as its pixels are sorted alike. How they are sorted answers to
+/// the colours as well, and takes part of what a colour does away again: there the derivative is that of a step.
+///
+/// # Errors
+/// Those of the model.
+pub fn derivatives(model: &Model<'_>, point: &[f64], best: &Evaluated, control: &Control<'_>) -> Result<Derivatives> {
+    let moved = in_parallel(&sides(point), |_, at| model.evaluate_with(at, Some(&best.linear), control))?;
+    let mut derivatives = derivatives_of(model, point, best, &moved);
+    if model.close_up.is_none() {
+        return Ok(derivatives);
+    }
+    let n = point.len();
+    let colours = (0..best.linear.len()).filter(|&k| matches!(model.unknowns[k].kind, UnknownKind::Colour(..)));
+    let steps: Vec<(usize, [f64; 2])> = colours
+        .map(|k| {
+            let [low, high] = model.unknowns[k].bounds;
+            let step = (COLOUR_STEP * best.linear[k]).max(LEAST_COLOUR_STEP);
+            (k, [-step, step].map(|s| (best.linear[k] + s).clamp(low, high)))
+        })
+        .filter(|(_, [low, high])| high > low)
+        .collect();
+    let tasks: Vec<(usize, f64)> = steps.iter().flat_map(|&(k, ends)| ends.map(|end| (k, end))).collect();
+    let found = in_parallel(&tasks, |_, &(k, value)| {
+        let mut linear = best.linear.clone();
+        linear[k] = value;
+        Ok(model.evaluate_with(point, Some(&linear), control)?.map(|e| residuals(&e)))
+    })?;
+    let weights = weights(best);
+    for (&(k, [low, high]), ends) in steps.iter().zip(found.chunks(2)) {
+        let [Some(before), Some(after)] = ends else { continue };
+        for (row, derivative) in derivatives.rows.iter_mut().enumerate().filter(|(row, _)| derivatives.close_up[*row]) {
+            derivative[n + k] = weights[row] * (after[row] - before[row]) / (high - low);
+        }
+    }
+    Ok(derivatives)
+}
+
+/// Roots of the weights of all residuals: their own, and Huber's.
+pub fn weights(best: &Evaluated) -> Vec<f64> {
+    let weight = |k: usize| best.rows.get(k).map_or(1.0, |(row, _)| row.weight);
+    let huber = |r: f64| if r.abs() <= HUBER { 1.0 } else { HUBER / r.abs() };
+    residuals(best).iter().enumerate().map(|(k, r)| (weight(k) * huber(*r)).sqrt()).collect()
+}
+
+/// The derivatives at a point, from the evaluations of its [`sides`] with the linear unknowns held; `None` of those that make no surface.
+pub fn derivatives_of(model: &Model<'_>, point: &[f64], best: &Evaluated, moved: &[Option<Evaluated>]) -> Derivatives {
+    let n = point.len();
+    let places = sides(point);
+    let here = residuals(best);
+    let total = n + best.linear.len();
+    let mut rows = vec![vec![0.0; total]; here.len()];
+    for i in 0..n {
+        // Where a side makes no surface the other one does with the middle.
+        let side = |k: usize| match &moved[2 * i + k] {
+            Some(evaluated) => (places[2 * i + k][i], residuals(evaluated)),
+            None => (point[i], here.clone()),
+        };
+        let ((low, before), (high, after)) = (side(0), side(1));
+        if high > low {
+            for (k, row) in rows.iter_mut().enumerate() {
+                row[i] = (after[k] - before[k]) / (high - low);
+            }
+        }
+    }
+    for (k, (row, _)) in best.rows.iter().enumerate() {
+        for &(j, a) in &row.terms {
+            rows[k][n + j] += a / row.sigma;
+        }
+    }
+    let mut close_up: Vec<bool> = best.rows.iter().map(|(_, origin)| *origin == Origin::CloseUp).collect();
+    let covers = model.covers();
+    close_up.extend((0..best.fixed.len()).map(|k| k < covers));
+    let photographs = model.photographs.len();
+    let group = |k: usize| match best.rows.get(k).map(|(_, origin)| *origin) {
+        Some(Origin::Cell(p, ..)) => p,
+        _ if close_up[k] => photographs,
+        _ => photographs + 1,
+    };
+    let groups = (0..rows.len()).map(group).collect();
+    let weights = weights(best);
+    for (row, w) in rows.iter_mut().zip(&weights) {
+        row.iter_mut().for_each(|v| *v *= w);
+    }
+    let residuals = here.iter().zip(&weights).map(|(r, w)| r * w).collect();
+    Derivatives { rows, close_up, groups, residuals, variables: n }
+}
+
+impl Derivatives {
+    /// `Jᵀ W J` with a weight for each row, unknowns in units of `range`.
+    pub fn gram(&self, range: &[f64], weight: impl Fn(usize) -> f64) -> Vec<f64> {
+        let n = range.len();
+        let mut gram = vec![0.0; n * n];
+        for (k, row) in self.rows.iter().enumerate() {
+            let w = weight(k);
+            for i in (0..n).filter(|&i| w * row[i] != 0.0) {
+                for j in 0..n {
+                    gram[i * n + j] += w * row[i] * range[i] * row[j] * range[j];
+                }
+            }
+        }
+        gram
+    }
+}

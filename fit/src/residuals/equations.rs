@@ -1,0 +1,111 @@
+//! Equations, linear in the unknowns: what the photographs and priors ask of the colours, and the ones that answer best.
+
+use crate::bounded_least_squares::Normal;
+use crate::photograph::direction_bins::Cells;
+
+/// Residuals beyond this many standard deviations count linearly (Huber 1964).
+pub const HUBER: f64 = 2.5;
+/// Most rounds of reweighting, and the change of the objective that ends them.
+const ROUNDS: usize = 12;
+const SETTLED: f64 = 1e-7;
+
+/// One equation, linear in the unknowns.
+#[derive(Clone, Debug, Default)]
+pub struct Row {
+    /// Coefficients.
+    pub terms: Vec<(usize, f64)>,
+    /// What the left side is beside them.
+    pub known: f64,
+    /// The right side.
+    pub value: f64,
+    /// Standard deviation.
+    pub sigma: f64,
+    /// How many residuals it counts for.
+    pub weight: f64,
+}
+
+/// Rows with their origins, and residuals that do not depend on the unknowns.
+pub(crate) type Equations = (Vec<(Row, Origin)>, Vec<f64>);
+
+/// Where a row comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// A cell of a distant photograph: photograph, cell, channel.
+    Cell(usize, usize, usize),
+    /// Light of a kind of the close-up.
+    CloseUp,
+    /// Something known beforehand.
+    Prior,
+}
+
+/// A guess evaluated.
+#[derive(Clone, Debug)]
+pub struct Evaluated {
+    /// The weighted mean of the squared residuals, Huber's: 1 is the noise.
+    pub objective: f64,
+    /// The unknowns.
+    pub linear: Vec<f64>,
+    /// All rows with their origins.
+    pub rows: Vec<(Row, Origin)>,
+    /// Residuals of what does not depend on the unknowns: covers and priors of parameters, in standard deviations.
+    pub fixed: Vec<f64>,
+}
+
+impl Evaluated {
+    /// The residual of a row in standard deviations.
+    pub fn residual(&self, row: &Row) -> f64 {
+        let sum: f64 = row.terms.iter().map(|&(i, a)| a * self.linear[i]).sum();
+        (sum + row.known - row.value) / row.sigma
+    }
+
+    /// The radiance that the model shows in the cells of a distant photograph.
+    pub fn predicted(&self, photograph: usize, cells: &Cells) -> Vec<[f64; 3]> {
+        let mut predicted = vec![[0.0; 3]; cells.cells.len()];
+        for (row, origin) in &self.rows {
+            if let Origin::Cell(p, cell, c) = *origin
+                && p == photograph
+            {
+                predicted[cell][c] = row.value + self.residual(row) * row.sigma;
+            }
+        }
+        predicted
+    }
+
+    /// Relative RMS difference from the distant photographs: see [`Cells::relative_rms`].
+    pub fn relative_rms(&self, photographs: &[Cells]) -> f64 {
+        let squares = photographs.iter().enumerate().map(|(p, cells)| cells.squares(&self.predicted(p, cells)));
+        let (difference, energy) = squares.fold((0.0, 0.0), |sum, s| (sum.0 + s.0, sum.1 + s.1));
+        if energy > 0.0 { (difference / energy).sqrt() } else { f64::INFINITY }
+    }
+}
+
+/// Twice Huber's loss of a residual: its square, or linear beyond [`HUBER`].
+pub(crate) fn huber(r: f64) -> f64 {
+    let a = r.abs();
+    if a <= HUBER { a * a } else { HUBER * (2.0 * a - HUBER) }
+}
+
+/// The unknowns that make Huber's loss of the rows least, by reweighted least squares.
+pub(crate) fn solve(rows: Vec<(Row, Origin)>, fixed: Vec<f64>, lower: &[f64], upper: &[f64]) -> Evaluated {
+    let count = (rows.iter().map(|(row, _)| row.weight).sum::<f64>() + fixed.len() as f64).max(1e-9);
+    let constant: f64 = fixed.iter().map(|&r| huber(r)).sum();
+    let mut best = Evaluated { objective: f64::INFINITY, linear: vec![0.0; lower.len()], rows, fixed };
+    let mut weights = vec![1.0; best.rows.len()];
+    for _ in 0..ROUNDS {
+        let mut normal = Normal::new(lower.len());
+        for ((row, _), w) in best.rows.iter().zip(&weights) {
+            normal.add(&row.terms, row.value - row.known, w * row.weight / (row.sigma * row.sigma));
+        }
+        best.linear = normal.solve(lower, upper);
+        let residuals: Vec<f64> = best.rows.iter().map(|(row, _)| best.residual(row)).collect();
+        let sum: f64 = residuals.iter().zip(&best.rows).map(|(&r, (row, _))| row.weight * huber(r)).sum();
+        let objective = (sum + constant) / count;
+        let settled = (best.objective - objective).abs() <= SETTLED * objective;
+        best.objective = objective;
+        if settled || residuals.iter().all(|r| r.abs() <= HUBER) && weights.iter().all(|&w| w == 1.0) {
+            break;
+        }
+        weights = residuals.iter().map(|r| if r.abs() <= HUBER { 1.0 } else { HUBER / r.abs() }).collect();
+    }
+    best
+}

@@ -1,0 +1,337 @@
+//! One period of the small-scale surface as the close-up shows it: pixel by pixel, blurred as the camera blurs, and sorted by colour as the
+//! pixels of the photograph are. What a camera does at the edges of threads so happens on both sides of the comparison.
+//!
+//! The rays keep their places in the period while the surface changes, so that what is found moves smoothly with the parameters.
+
+use crate::photograph::close_up::{self, DARK};
+use biscale::brdf::Brdf;
+use biscale::direction::Pair;
+use biscale::error::Result;
+use biscale::filter::Control;
+use biscale::filter::common_random_numbers::{Slot, only, tint};
+use biscale::low_discrepancy::{fraction, hash};
+use biscale::material::SmallScale;
+use biscale::visibility::rays::{Occlusion, PeriodicBvh, Traced};
+use glam::{DVec2, DVec3};
+use rustc_hash::FxHashMap;
+
+/// Rounds of the sorting, at most.
+const ROUNDS: usize = 8;
+/// Places along a period at which corners count as one.
+const GRID: f64 = 1e6;
+/// Blur, in pixels of the view, that is not worth the work.
+const SHARP: f64 = 0.2;
+
+/// One period.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TileView {
+    /// Pixels across and along.
+    pub(crate) size: usize,
+    /// By surface the share of each pixel that shows it.
+    covers: Vec<Vec<f64>>,
+    /// Height of what each pixel shows, below all where it shows nothing.
+    heights: Vec<f64>,
+    /// By slot and pixel the radiance over irradiance when that colour is 1.
+    pub(crate) shares: Vec<Vec<[f64; 3]>>,
+}
+
+/// Pixels of one kind, as [`close_up::Kind`] has them; light and tones in shares of each slot.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Part {
+    /// Share of the picture, without what is dark.
+    pub cover: f64,
+    /// By slot the sum of the shares of its pixels over the number of all pixels.
+    pub light: Vec<[f64; 3]>,
+    /// By slot the tones, black if nothing is bright.
+    pub tones: Vec<Vec<[f64; 3]>>,
+}
+
+impl TileView {
+    /// The period seen at `pairs` by `size` x `size` rays: those of a photograph of many periods, whose perspective sees each of them from
+    /// elsewhere, as many along x as along y. Places are those at `height`: what lies there is at the same place in all of them. `blur` is the standard deviation of the blur along x and y, in periods, the extent of
+    /// the photograph's pixels included. A surface that is `round` is shaded as such: from near the sides of threads, which a file may
+    /// cut into few, show one by one.
+    ///
+    /// # Errors
+    /// `Interrupted`; a surface that rays cannot be traced to.
+    pub fn new(
+        small: &SmallScale,
+        slots: &[Slot],
+        (pairs, height): (&[Pair], f64),
+        blur: [f64; 2],
+        (size, round): (usize, bool),
+        seed: u32,
+        control: &Control<'_>,
+    ) -> Result<Self> {
+        let bvh = PeriodicBvh::new(&small.tile)?;
+        let period = small.tile.period;
+        let above = bvh.highest() + 1e-6 * period.max_element();
+        let normals = round.then(|| Normals::new(small));
+        let brdfs: Vec<(Brdf, [f64; 3])> = (slots.iter())
+            .map(|slot| {
+                let surface = &small.surfaces[slot.surface];
+                (only(&surface.brdf, slot.colour), tint(surface, slot.colour))
+            })
+            .collect();
+        let mut view = Self {
+            size,
+            covers: vec![vec![0.0; size * size]; small.surfaces.len()],
+            shares: vec![vec![[0.0; 3]; size * size]; slots.len()],
+            heights: vec![f64::NEG_INFINITY; size * size],
+        };
+        let spread = pairs.len().isqrt();
+        let offset = [fraction(hash(seed)), fraction(hash(!seed))];
+        for row in 0..size {
+            control.check()?;
+            for column in 0..size {
+                let at = row * size + column;
+                // Roberts' sequence: neighbours along a row or column take all places within their pixels in turn.
+                let [u, v] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2].map(|step| step * at as f64);
+                let (x, y) =
+                    ((column as f64 + (u + offset[0]).fract()) / size as f64, (row as f64 + (v + offset[1]).fract()) / size as f64);
+                // Neighbours take all pairs in turn, and so does each row and column.
+                let pair = pairs[(row / spread + column) % spread * spread + (row + column) % spread];
+                let start = DVec3::new(x * period.x, y * period.y, height) + pair.wo * ((above - height) / pair.wo.z);
+                let Traced::Hit(hit) = bvh.trace(start, -pair.wo, None) else { continue };
+                let triangle = hit.triangle as usize;
+                let surface = usize::from(small.surface_of_triangle[triangle]);
+                view.covers[surface][at] = 1.0;
+                view.heights[at] = hit.position.z;
+                let [a, b, c] = small.tile.corners(triangle);
+                let flat = (b - a).cross(c - a).normalize_or_zero();
+                let normal = normals.as_ref().map_or(flat, |n| n.at(triangle, hit.barycentric));
+                let cosine = normal.dot(pair.wi);
+                let faces = flat.dot(pair.wo) > 0.0 && flat.dot(pair.wi) > 0.0;
+                if !faces
+                    || normal.dot(pair.wo) <= 0.0
+                    || cosine <= 0.0
+                    || bvh.occluded(triangle, hit.position, pair.wi) == Occlusion::Blocked
+                {
+                    continue;
+                }
+                for ((shares, slot), (brdf, tint)) in
+                    view.shares.iter_mut().zip(slots).zip(&brdfs).filter(|((_, s), _)| s.surface == surface)
+                {
+                    debug_assert_eq!(slot.surface, surface);
+                    let fr = brdf.eval(normal, pair.wi, pair.wo);
+                    shares[at] = std::array::from_fn(|c| fr[c] * tint[c] * cosine);
+                }
+            }
+        }
+        for cover in &mut view.covers {
+            smooth(cover, size, &kernels(blur, size), |sum: &mut f64, weight, v| *sum += weight * v);
+        }
+        for shares in &mut view.shares {
+            smooth_colours(shares, size, blur);
+        }
+        Ok(view)
+    }
+
+    /// The pixels sorted into kinds as those of the photograph: by colour if `by_colour`, else by the surface that each shows most of. `choice`
+    /// is the surface of each kind, none if all pixels are of one; `radiance` what each slot's share is multiplied by.
+    pub fn sorted(&self, radiance: &[[f64; 3]], choice: Option<&[usize]>, by_colour: bool) -> Vec<Part> {
+        let count = self.size * self.size;
+        let pixels = self.picture(radiance);
+        let brightness: Vec<f64> = pixels.iter().map(|p| p.iter().sum()).collect();
+        let mut order: Vec<usize> = (0..count).collect();
+        order.sort_by(|&a, &b| brightness[a].total_cmp(&brightness[b]).then(a.cmp(&b)));
+        let dark = DARK * brightness[order[close_up::bright_place(count)]];
+        let kinds = choice.map_or(1, <[usize]>::len);
+        let mut labels = vec![0; count];
+        if let Some(choice) = choice {
+            for (at, label) in labels.iter_mut().enumerate() {
+                let most = |&a: &usize, &b: &usize| self.covers[choice[a]][at].total_cmp(&self.covers[choice[b]][at]).then(b.cmp(&a));
+                *label = (0..kinds).max_by(most).unwrap_or(0);
+            }
+            if by_colour && let Some(better) = close_up::sort_from(&pixels, &labels, kinds, dark, ROUNDS) {
+                labels = better;
+            }
+        }
+        (0..kinds).map(|k| self.part(&order, &|at| labels[at] == k, &|at| brightness[at] > dark)).collect()
+    }
+
+    /// The period where `radiance` is what each slot's share is multiplied by.
+    pub fn picture(&self, radiance: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let mut pixels = vec![[0.0; 3]; self.size * self.size];
+        for (shares, colour) in self.shares.iter().zip(radiance) {
+            for (pixel, share) in pixels.iter_mut().zip(shares) {
+                (0..3).for_each(|c| pixel[c] += colour[c] * share[c]);
+            }
+        }
+        pixels
+    }
+
+    /// The mean height of the edges between what is bright and what is not, by how much these differ, where `radiance` is what each slot's share is multiplied by.
+    /// An edge is where its upper side is. For views that are not blurred.
+    pub fn height_of_edges(&self, radiance: &[[f64; 3]]) -> f64 {
+        let picture = self.picture(radiance);
+        let n = self.size;
+        let (mut sum, mut total) = (0.0, 0.0);
+        for at in 0..n * n {
+            for next in [at / n * n + (at + 1) % n, (at + n) % (n * n)] {
+                let height = self.heights[at].max(self.heights[next]);
+                let differ: f64 = (0..3).map(|c| (picture[at][c] - picture[next][c]).powi(2)).sum();
+                if height.is_finite() {
+                    sum += differ * height;
+                    total += differ;
+                }
+            }
+        }
+        if total > 0.0 { sum / total } else { 0.0 }
+    }
+
+    /// The lowest and the highest that is seen; `None` if nothing is.
+    pub fn heights(&self) -> Option<[f64; 2]> {
+        let seen = self.heights.iter().copied().filter(|h| h.is_finite());
+        let (low, high) = seen.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        (low <= high).then_some([low, high])
+    }
+
+    /// The mean share of a slot where its surface is seen.
+    pub fn mean_share(&self, slot: usize, surface: usize) -> f64 {
+        let light: f64 = self.shares[slot].iter().flatten().sum::<f64>() / 3.0;
+        light / self.covers[surface].iter().sum::<f64>().max(1e-9)
+    }
+
+    /// By slot the sum of the shares of all pixels over their number.
+    pub fn whole_light(&self) -> Vec<[f64; 3]> {
+        let count = (self.size * self.size) as f64;
+        let light = |shares: &Vec<[f64; 3]>| std::array::from_fn(|c| shares.iter().map(|s| s[c]).sum::<f64>() / count);
+        self.shares.iter().map(light).collect()
+    }
+
+    fn part(&self, order: &[usize], is_own: &dyn Fn(usize) -> bool, is_bright: &dyn Fn(usize) -> bool) -> Part {
+        let count = order.len() as f64;
+        let own: Vec<usize> = order.iter().copied().filter(|&at| is_own(at)).collect();
+        let bright: Vec<usize> = own.iter().copied().filter(|&at| is_bright(at)).collect();
+        let light = |shares: &Vec<[f64; 3]>| std::array::from_fn(|c| own.iter().map(|&at| shares[at][c]).sum::<f64>() / count);
+        let tones = |shares: &Vec<[f64; 3]>| close_up::tones(bright.iter().map(|&at| (1.0, shares[at])));
+        Part {
+            cover: bright.len() as f64 / count,
+            light: self.shares.iter().map(light).collect(),
+            tones: self.shares.iter().map(tones).collect(),
+        }
+    }
+}
+
+/// Normals at the corners of all triangles: the mean of those of the faces around, of the same surface, weighted by area.
+struct Normals(Vec<[DVec3; 3]>);
+
+impl Normals {
+    fn new(small: &SmallScale) -> Self {
+        let tile = &small.tile;
+        // A thread that leaves the tile on one side comes back on the other.
+        let wrapped = |v: f64, period: f64| ((v / period).rem_euclid(1.0) * GRID).round() % GRID;
+        let key = |p: DVec3, surface: u16| {
+            let high = p.z / tile.period.max_element() * GRID;
+            #[expect(clippy::cast_possible_truncation, reason = "places on a grid")]
+            [wrapped(p.x, tile.period.x) as i64, wrapped(p.y, tile.period.y) as i64, high.round() as i64, i64::from(surface)]
+        };
+        let corners = || small.surface_of_triangle.iter().enumerate().map(|(t, &surface)| (tile.corners(t), surface));
+        let mut sums: FxHashMap<[i64; 4], DVec3> = FxHashMap::default();
+        for ([a, b, c], surface) in corners() {
+            let area = (b - a).cross(c - a);
+            for p in [a, b, c] {
+                *sums.entry(key(p, surface)).or_default() += area;
+            }
+        }
+        Self(corners().map(|(corners, surface)| corners.map(|p| sums[&key(p, surface)].normalize_or_zero())).collect())
+    }
+
+    fn at(&self, triangle: usize, barycentric: DVec2) -> DVec3 {
+        let [a, b, c] = self.0[triangle];
+        ((1.0 - barycentric.x - barycentric.y) * a + barycentric.x * b + barycentric.y * c).normalize_or_zero()
+    }
+}
+
+/// Weights of a Gaussian from its middle outward.
+fn kernel(sigma: f64) -> Vec<f64> {
+    if sigma < SHARP {
+        return vec![1.0];
+    }
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "blurs of pictures")]
+    let reach = (3.0 * sigma).ceil() as usize;
+    let weights: Vec<f64> = (0..=reach).map(|k| (-0.5 * (k as f64 / sigma).powi(2)).exp()).collect();
+    let total = 2.0 * weights.iter().sum::<f64>() - weights[0];
+    weights.into_iter().map(|w| w / total).collect()
+}
+
+/// Weights along x and y of a blur in periods, for a picture of `size` x `size` pixels of a period.
+fn kernels(blur: [f64; 2], size: usize) -> [Vec<f64>; 2] {
+    // Rays anywhere within a pixel are a blur already.
+    blur.map(|b| kernel(((b * size as f64).powi(2) - 1.0 / 12.0).max(0.0).sqrt()))
+}
+
+/// Blurs a picture of `size` x `size` pixels of a period, whose values are means over their pixels, by these standard deviations along x and y, in periods.
+pub(crate) fn smooth_colours(picture: &mut [[f64; 3]], size: usize, blur: [f64; 2]) {
+    smooth(picture, size, &kernels(blur, size), |sum: &mut [f64; 3], weight, v| (0..3).for_each(|c| sum[c] += weight * v[c]));
+}
+
+/// Blurs a periodic picture along x, then along y.
+fn smooth<T: Copy + Default>(picture: &mut [T], size: usize, kernels: &[Vec<f64>; 2], add: impl Fn(&mut T, f64, T)) {
+    for (kernel, stride, line) in [(&kernels[0], 1, size), (&kernels[1], size, 1)] {
+        if kernel.len() == 1 {
+            continue;
+        }
+        let mut old = vec![T::default(); size];
+        for l in 0..size {
+            (0..size).for_each(|k| old[k] = picture[l * line + k * stride]);
+            for k in 0..size {
+                let mut sum = T::default();
+                add(&mut sum, kernel[0], old[k]);
+                for (j, &w) in kernel.iter().enumerate().skip(1) {
+                    let j = j % size;
+                    add(&mut sum, w, old[(k + j) % size]);
+                    add(&mut sum, w, old[(k + size - j) % size]);
+                }
+                picture[l * line + k * stride] = sum;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::residuals::unknowns::slots;
+    use biscale::material::Material;
+    use biscale::toml_reader::Source;
+
+    fn grooves() -> SmallScale {
+        let text = "format = 1\n[geometry]\nkind = \"grooves\"\nfloor_width = 0.3\ntop_width = 0.3\ndepth = 1e-6\n[[surface]]\npart = \"floor\"\n\
+                    brdf = { model = \"lambert\", albedo = [0.6, 0.1, 0.1] }\n[[surface]]\npart = \"sides\"\n\
+                    brdf = { model = \"lambert\", albedo = [0.1, 0.6, 0.1] }\n[[surface]]\npart = \"tops\"\n\
+                    brdf = { model = \"lambert\", albedo = [0.1, 0.1, 0.6] }\n";
+        Material::parse(&Source { path: "t.toml".into(), text: text.to_owned() }).unwrap().build().unwrap()
+    }
+
+    fn view(blur: f64) -> Vec<Part> {
+        let cancel = std::sync::atomic::AtomicBool::new(false);
+        let control = Control { cancel: &cancel, progress: &|_, _| {}, clock: &|| 0.0 };
+        let small = grooves();
+        let slots = slots(&small.surfaces);
+        let pair = Pair { wi: DVec3::new(0.3, 0.0, 0.7).normalize(), wo: DVec3::Z };
+        let view = TileView::new(&small, &slots, (&[pair], 0.0), [blur; 2], (60, false), 1, &control).unwrap();
+        let colours: Vec<[f64; 3]> = vec![[0.6, 0.1, 0.1], [0.1, 0.6, 0.1], [0.1, 0.1, 0.6]];
+        view.sorted(&colours, Some(&[0, 1, 2]), true)
+    }
+
+    #[test]
+    fn flat_stripes_cover_their_widths_and_send_their_light() {
+        let light = DVec3::new(0.3, 0.0, 0.7).normalize().z / std::f64::consts::PI;
+        for (k, (part, width)) in view(0.0).iter().zip([0.3, 0.4, 0.3]).enumerate() {
+            assert!((part.cover - width).abs() < 2e-3 && (part.light[k][0] - width * light).abs() < 2e-3, "{part:?}");
+            assert!((part.tones[k][2][1] - light).abs() < 1e-4, "{part:?}");
+        }
+    }
+
+    #[test]
+    fn blur_moves_light_between_kinds_and_loses_none() {
+        let (sharp, soft) = (view(0.0), view(0.04));
+        for slot in 0..3 {
+            let all = |parts: &[Part]| parts.iter().map(|p| p.light[slot][0]).sum::<f64>();
+            assert!((all(&sharp) / all(&soft) - 1.0).abs() < 1e-9);
+            assert!(soft[slot].light[slot][0] < 0.97 * sharp[slot].light[slot][0]);
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! What a fit looks for: the numbers that the search moves, and the colours and veils that are solved for.
+
+use crate::fit_file::spec::Spec;
+use biscale::brdf::Brdf;
+use biscale::filter::common_random_numbers::{Slot, SlotColour};
+use biscale::material::{SmallScale, Surface, Tint};
+
+/// Bounds of a light's angles, in standard deviations.
+pub const LIGHT_REACH: f64 = 3.0;
+
+/// What the search moves, one unknown in 0..1 each.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Variable {
+    /// A parameter of the fit file, by its place there.
+    Parameter(usize),
+    /// The light of a distant photograph: azimuth (0) or elevation (1), degrees.
+    Light {
+        /// Which photograph.
+        photograph: usize,
+        /// Which angle.
+        axis: usize,
+        /// Standard deviation, degrees; the bounds are [`LIGHT_REACH`] of them.
+        sigma: f64,
+    },
+    /// A linear unknown, in the mode that moves all together.
+    Linear(usize),
+}
+
+/// A linear unknown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unknown {
+    /// Its name, for people: `surface.warp.brdf.diffuse red`.
+    pub name: String,
+    /// What it is.
+    pub kind: UnknownKind,
+    /// Bounds.
+    pub bounds: [f64; 2],
+}
+
+/// What a linear unknown is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UnknownKind {
+    /// A colour of the fit file, by its place there; in one channel, or in all.
+    Colour(usize, Option<usize>),
+    /// The veil of a distant photograph in a channel.
+    Veil(usize, usize),
+    /// The irradiance that the fit file gives of the close-up over the true one.
+    Exposure,
+}
+
+/// Bounds of [`UnknownKind::Exposure`].
+const EXPOSURES: [f64; 2] = [1e-2, 1e2];
+
+/// The unknowns of a fit, in the order of the file: colours by channel, then veils of the `distant` photographs, then the exposure of the close-up if it `scales`.
+pub fn unknowns(spec: &Spec, distant: usize, scales: bool) -> Vec<Unknown> {
+    const CHANNELS: [&str; 3] = ["red", "green", "blue"];
+    let mut unknowns = Vec::new();
+    for (k, colour) in spec.colours.iter().enumerate() {
+        if colour.grey {
+            unknowns.push(Unknown { name: colour.key.clone(), kind: UnknownKind::Colour(k, None), bounds: colour.bounds });
+        } else {
+            unknowns.extend((0..3).map(|c| Unknown {
+                name: format!("{} {}", colour.key, CHANNELS[c]),
+                kind: UnknownKind::Colour(k, Some(c)),
+                bounds: colour.bounds,
+            }));
+        }
+    }
+    if spec.veil {
+        for p in 0..distant {
+            unknowns.extend((0..3).map(|c| Unknown {
+                name: format!("veil {} {}", p + 1, CHANNELS[c]),
+                kind: UnknownKind::Veil(p, c),
+                bounds: [0.0, 1e9],
+            }));
+        }
+    }
+    if scales {
+        unknowns.push(Unknown { name: "exposure of the close-up".to_owned(), kind: UnknownKind::Exposure, bounds: EXPOSURES });
+    }
+    unknowns
+}
+
+/// What the search moves: free parameters, then the lights of the distant photographs.
+pub fn variables(spec: &Spec) -> Vec<Variable> {
+    let parameters = spec.parameters.iter().enumerate().filter(|(_, p)| p.is_free()).map(|(k, _)| Variable::Parameter(k));
+    let lights = spec.of_role(crate::photograph::image::Role::Distant).enumerate().flat_map(|(photograph, p)| {
+        let sigma = p.light_sigma_deg;
+        (0..2).filter(move |_| sigma > 0.0).map(move |axis| Variable::Light { photograph, axis, sigma })
+    });
+    parameters.chain(lights).collect()
+}
+
+impl Variable {
+    /// Its value at a place between its bounds.
+    pub fn at(&self, spec: &Spec, unknowns: &[Unknown], unit: f64) -> f64 {
+        match self {
+            Self::Parameter(k) => spec.parameters[*k].at(unit),
+            Self::Light { sigma, .. } => LIGHT_REACH * sigma * (2.0 * unit - 1.0),
+            Self::Linear(k) => unknowns[*k].bounds[0] + unit * (unknowns[*k].bounds[1].min(1.0) - unknowns[*k].bounds[0]),
+        }
+    }
+
+    /// Its name, for people.
+    pub fn name(&self, spec: &Spec, unknowns: &[Unknown]) -> String {
+        match self {
+            Self::Parameter(k) => spec.parameters[*k].key.clone(),
+            Self::Light { photograph, axis, .. } => format!("light {} {}", photograph + 1, ["azimuth_deg", "elevation_deg"][*axis]),
+            Self::Linear(k) => unknowns[*k].name.clone(),
+        }
+    }
+
+    /// Width of its bounds.
+    pub fn range(&self, spec: &Spec, unknowns: &[Unknown]) -> f64 {
+        self.at(spec, unknowns, 1.0) - self.at(spec, unknowns, 0.0)
+    }
+}
+
+/// All colours that light is proportional to.
+pub fn slots(surfaces: &[Surface]) -> Vec<Slot> {
+    let of = |(surface, s): (usize, &Surface)| Slot::of(&s.brdf).iter().map(move |&colour| Slot { surface, colour }).collect::<Vec<_>>();
+    surfaces.iter().enumerate().flat_map(of).collect()
+}
+
+/// The colour of a slot as the material has it.
+pub fn colour_of(small: &SmallScale, slot: Slot) -> [f64; 3] {
+    let surface = &small.surfaces[slot.surface];
+    match (&surface.brdf, slot.colour) {
+        (Brdf::Lambert { albedo }, _) => *albedo,
+        (Brdf::BlinnPhong { diffuse, .. } | Brdf::CookTorrance { diffuse, .. } | Brdf::Ward { diffuse, .. }, SlotColour::Diffuse) => {
+            *diffuse
+        }
+        (Brdf::BlinnPhong { specular, .. } | Brdf::CookTorrance { specular, .. } | Brdf::Ward { specular, .. }, _) => *specular,
+        (Brdf::Measured(_), _) => match surface.tint {
+            Tint::Uniform(tint) => tint,
+            Tint::Image(_) => [1.0; 3],
+        },
+    }
+}

@@ -1,0 +1,122 @@
+//! What a fit gives: the material, all that says how far to trust it, and the best guess so far while the search runs.
+
+use crate::fit_file::material_text::MaterialText;
+use crate::photograph::close_up::CloseUp;
+use crate::photograph::direction_bins::Cells;
+use crate::photograph::image::Photograph;
+use crate::residuals::model::Model;
+use crate::search::{Entry, Stage, Start};
+use crate::uncertainty::identify::Identified;
+use crate::uncertainty::profile::Profile;
+use crate::verdict::picture::Picture;
+use crate::verdict::validate::Validation;
+use biscale::error::Result;
+use biscale::filter::Control;
+use biscale::material::Material;
+use serde::Serialize;
+
+/// A photograph beside the fitted material, as the same camera would see it.
+#[derive(Clone, Debug)]
+pub struct Compared {
+    /// Which photograph of the fit file.
+    pub photograph: Photograph,
+    /// The material.
+    pub picture: Picture,
+    /// Pixels that are compared.
+    pub used: Vec<u32>,
+    /// Relative RMS difference over the cells of directions.
+    pub relative_rms: f64,
+    /// The same over single pixels.
+    pub pixel_relative_rms: f64,
+    /// Mean ΔE ITP.
+    pub delta_e_itp: f64,
+}
+
+/// What the fit found.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// The text of the start material with the numbers that were found.
+    pub text: MaterialText,
+    /// The same, read.
+    pub material: Material,
+    /// All unknowns, how well they are known, and what is mixed up.
+    pub identified: Identified,
+    /// Profiles of the parameters that are known worst.
+    pub profiles: Vec<Profile>,
+    /// Mean squared residual, Huber's; 1 is the noise.
+    pub objective: f64,
+    /// Relative RMS difference over the cells of the distant photographs.
+    pub training: f64,
+    /// The starts, those that were refined with their last state, best first.
+    pub starts: Vec<Start>,
+    /// Other minima as good as the best one.
+    pub several: Vec<Vec<(String, f64)>>,
+    /// Every evaluation.
+    pub trace: Vec<Entry>,
+    /// Names of the coordinates of a point of the trace.
+    pub coordinates: Vec<String>,
+    /// Values of all variables at a point of the trace.
+    pub best: Vec<f64>,
+    /// What the close-up says.
+    pub close_up: Option<CloseUp>,
+    /// Cells of the distant photographs.
+    pub cells: Vec<Cells>,
+    /// Distant photographs beside the fitted material.
+    pub compared: Vec<Compared>,
+    /// Held-out photographs beside it.
+    pub validations: Vec<(Validation, Compared)>,
+    /// What ended the search early, if anything.
+    pub ended_early: Option<Early>,
+    /// Name and seconds of each part of the work.
+    pub seconds: Vec<(&'static str, f64)>,
+    /// What the user should know.
+    pub notes: Vec<String>,
+    /// Whether the fit is to be believed: see [`Outcome::failures`].
+    pub failures: Vec<String>,
+}
+
+/// What ended a search early.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Early {
+    /// The user.
+    Interrupted,
+    /// The time limit.
+    TimeLimit,
+}
+
+/// The best guess so far, as told to the caller.
+pub struct Better<'a> {
+    /// Which part of the search.
+    pub stage: Stage,
+    /// The objective.
+    pub objective: f64,
+    /// Where it is, with the model that it was found by.
+    pub point: &'a [f64],
+    /// The model.
+    pub model: &'a Model<'a>,
+    /// The photographs that are fitted.
+    pub photographs: &'a [&'a Photograph],
+}
+
+impl Better<'_> {
+    /// What the model shows of a distant photograph: each pixel of a cell has that cell's radiance; `None` for the other pixels.
+    ///
+    /// # Errors
+    /// Those of the model.
+    pub fn picture(&self, photograph: usize, control: &Control<'_>) -> Result<Option<Vec<[f32; 3]>>> {
+        let Some(evaluated) = self.model.evaluate(self.point, control)? else { return Ok(None) };
+        let image = &self.photographs[photograph].image;
+        let cells = &self.model.photographs[photograph];
+        let mut rgb = vec![[f32::NAN; 3]; image.rgb.len()];
+        for (members, value) in cells.members.iter().zip(evaluated.predicted(photograph, cells)) {
+            for &pixel in members {
+                #[expect(clippy::cast_possible_truncation, reason = "pictures are in f32")]
+                {
+                    rgb[pixel as usize] = value.map(|v| v as f32);
+                }
+            }
+        }
+        Ok(Some(rgb))
+    }
+}

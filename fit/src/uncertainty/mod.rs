@@ -1,0 +1,4 @@
+//! What the photographs can say: how well each unknown is known, and which are not to be trusted.
+
+pub mod identify;
+pub mod profile;

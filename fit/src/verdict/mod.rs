@@ -1,0 +1,4 @@
+//! Whether the fitted material is to be believed: its pictures beside the photographs, and a photograph that was held out.
+
+pub mod picture;
+pub mod validate;

@@ -1,0 +1,76 @@
+//! The fitted material as the camera of a photograph would see it, pixel by pixel.
+
+use crate::photograph::direction_bins::{Sight, scene_of, sights};
+use crate::photograph::image::Photograph;
+use biscale::error::Result;
+use biscale::filter::{Control, Quality};
+use biscale::material::{Material, SmallScale};
+use biscale::render::demand::Plan;
+use biscale::render::gather::{Lit, Point, View};
+use biscale::render::scene::Light;
+use biscale::render::shade::{Frame, colours, touched};
+use biscale::render::world::World;
+use glam::Vec3;
+
+/// Tolerance of the pictures: well below what photographs and model differ by.
+const TOLERANCE: f64 = 0.01;
+/// Pairs on which the grid of directions is chosen.
+const PROBES: usize = 256;
+
+/// A picture beside its photograph.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Linear radiance; NaN where the object does not fill the pixel.
+    pub rgb: Vec<[f32; 3]>,
+}
+
+/// Renders the object of a photograph in direct light, with a constant `veil` on it, through the photograph's own camera.
+///
+/// # Errors
+/// Those of the filter.
+pub fn render(
+    photograph: &Photograph,
+    (material, small): (&Material, &SmallScale),
+    opaque: bool,
+    veil: [f64; 3],
+    control: &Control<'_>,
+) -> Result<Picture> {
+    let scene = scene_of(photograph, material, small);
+    let world = World::opaque(&scene);
+    let sights = sights(&world, photograph);
+    let (width, height) = (photograph.image.width, photograph.image.height);
+    let mut view = View { rows: 0..height, behind: vec![[0.0; 3]; (width * height) as usize], ..View::default() };
+    for sight in &sights {
+        if sight.lit {
+            #[expect(clippy::cast_possible_truncation, reason = "pictures are in f32")]
+            let scale = match photograph.light {
+                Light::Directional { .. } => 1.0,
+                Light::Point { position, .. } => (1.0 / position.distance_squared(sight.position)) as f32,
+            };
+            view.lit.push(Lit { wi: sight.wi.as_vec3(), scale, light: 0 });
+        }
+        let end = u32::try_from(view.lit.len()).expect("a photograph has fewer pixels");
+        view.points.push(Point { pixel: sight.pixel, material: 0, wo: sight.wo.as_vec3(), weight: 1.0, end });
+    }
+    let lit: Vec<&Sight> = sights.iter().filter(|s| s.lit).collect();
+    let mut rgb = vec![[f32::NAN; 3]; (width * height) as usize];
+    let shaded = if lit.is_empty() {
+        view.behind.clone()
+    } else {
+        let probes: Vec<(Vec3, Vec3)> = lit.iter().step_by(lit.len().div_ceil(PROBES)).map(|s| (s.wi.as_vec3(), s.wo.as_vec3())).collect();
+        let quality = Quality { tolerance: TOLERANCE, ..Quality::default() };
+        let plan = Plan::find(small, opaque, &probes, &quality, control)?;
+        let grid = biscale::table::HemisphereGrid::new(plan.rings);
+        let keys = touched(&view, &[Some(grid)]).swap_remove(0);
+        let tables = [Some(plan.table(small, keys, &quality, control)?)];
+        Frame::new(&view, &tables, width).shade(&tables, &colours(&[photograph.light]))
+    };
+    for sight in &sights {
+        let at = sight.pixel as usize;
+        #[expect(clippy::cast_possible_truncation, reason = "pictures are in f32")]
+        {
+            rgb[at] = std::array::from_fn(|c| shaded[at][c] + veil[c] as f32);
+        }
+    }
+    Ok(Picture { rgb })
+}
