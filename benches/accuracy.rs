@@ -1,4 +1,4 @@
-//! Is an asked tolerance kept, and is the reported error true? The table of `docs/accuracy.md`.
+//! Is an asked tolerance kept, and is the reported error true? The table of `docs/error-estimates.md`.
 //!
 //! Surfaces of every kind under diffuse, glossy and narrow BRDFs, each asked for four tolerances with sixteen seeds by `--method auto`. The truth is the
 //! reference method, whose own relative RMS standard error is at most a fifth of the smallest tolerance; it is taken out in squares. Truths

@@ -1,4 +1,4 @@
-//! The tables of Wu et al. 2011 that are about precision, made again: `docs/paper-wu2011.md`.
+//! The tables of Wu et al. 2011 that are about precision, made again: `docs/wu-2011.md`.
 //!
 //! `table3`: the compressed `M` of the paper's materials. `figure11`: what is lost with few vectors of `N`. `table4`: the published method against
 //! the reference on five scenes. `figure7`: the best fit of a Lambertian and a Cook-Torrance lobe to shot silk.

@@ -1,5 +1,5 @@
 #!/bin/sh
-# The rendered pictures of README.md and docs/paper-figures.md, and the list of times and errors under them.
+# The rendered pictures of README.md and docs/wu-2011.md, and the list of times and errors under them.
 #
 # usage: scripts/make_gallery.sh BISCALE FOLDER     FOLDER is usually docs/gallery
 set -eu

@@ -9,7 +9,7 @@
 //!   for GGX a good model, see `numerics.md`, section 3.2);
 //! - the second moment `E[n nᵀ]`, since `(n·i)(n·o)` of a Lambertian facet is quadratic in its normal.
 //!
-//! What this costs in accuracy is measured on the pairs themselves: see `filter/direct.rs`.
+//! What this costs in accuracy is measured on the pairs themselves: see `filter/direct/`.
 
 use glam::DVec3;
 

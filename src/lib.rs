@@ -13,9 +13,9 @@
 //!
 //! ```text
 //! S(wi,wo)    = 1/A ∫ fr(n,wi,wo) (n·wi)+ (n·wo)+ V(wi) V(wo) dA
-//! av(wo)      =     ∫ (n·wo)+ V(wo) dA
-//! fbar(wi,wo) = A S / av(wo)              cosine-weighted effective BRDF (Wu et al. 2011, eq. 7)
-//! fhat(wi,wo) = fbar / cos(theta_i)       its BRDF, 1/sr
+//! av(wo)      = 1/A ∫ (n·wo)+ V(wo) dA      visible projected area over the footprint
+//! fbar(wi,wo) = S / av(wo)                  cosine-weighted effective BRDF (Wu et al. 2011, eq. 7)
+//! fhat(wi,wo) = fbar / cos(theta_i)         its BRDF, 1/sr
 //! ```
 
 pub mod brdf;

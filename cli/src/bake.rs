@@ -20,7 +20,7 @@ use std::time::Instant;
 pub struct BakeArgs {
     /// Material file
     pub(crate) material: PathBuf,
-    /// File to write: `.exr`, see docs/effective-format.md
+    /// File to write: `.exr`, see docs/table-format.md
     #[arg(long, short, value_name = "OUT.exr")]
     output: PathBuf,
     /// Rings of directions; without it as many as the tolerance needs. N rings are 1 + 3 N (N + 1) directions

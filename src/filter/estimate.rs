@@ -1,6 +1,6 @@
 //! Values and their standard errors from the sums of eight interleaved sets of facets.
 //!
-//! With `S_r` and `a_r = av_r/A` per set and `q = mean S / mean a`, the spread of `S_r - q a_r` gives the standard error that eight
+//! With `S_r` and `a_r`, the `av` of each set, and `q = mean S / mean a`, the spread of `S_r - q a_r` gives the standard error that eight
 //! independent sets would have (`numerics.md`, section 3.6). The sets share one low-discrepancy sequence and err less together; by how
 //! much is read off the spread of pairs and of fours of them, pooled over all values: see [`Spread::correction`].
 

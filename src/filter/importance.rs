@@ -19,7 +19,7 @@ const PAIRS: usize = 256;
 /// Share of the samples that go by area all the same, so that what the pilot run missed is not lost.
 const DEFENSIVE: f64 = 0.25;
 
-/// What the pilot run found: `q = fbar`, as the mean of the channels, and `a = av/A`, for a pair of the list.
+/// What the pilot run found: `q = fbar`, as the mean of the channels, and `a = av`, for a pair of the list.
 #[derive(Clone, Copy, Debug)]
 pub struct Known {
     /// Cosine-weighted effective BRDF.

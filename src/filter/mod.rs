@@ -134,7 +134,7 @@ pub struct Value {
     pub se: [f64; 3],
     /// Effective BRDF `fbar / cos(theta_i)`, 1/sr.
     pub fhat: [f64; 3],
-    /// Visible projected area over the footprint `A`.
+    /// Visible projected area over the footprint, `1/A ∫ (n·wo)+ V(wo) dA`.
     pub av: f64,
 }
 

@@ -44,7 +44,7 @@ pub fn seen_cosine(facets: &Facets, chunk: usize, direction: DVec3, bits: &[u64]
     masked_cosine(facets, chunk, direction, seen(bits, chunk))
 }
 
-/// Sums over the facets of `weight (n·w)+ V(w)` for one direction, a set each: `av/A` times the number of samples.
+/// Sums over the facets of `weight (n·w)+ V(w)` for one direction, a set each: `av` times the number of samples.
 pub fn visible_area(facets: &Facets, direction: DVec3, bits: &[u64]) -> [f64; SETS] {
     simd::run(VisibleArea { facets, direction, bits })
 }

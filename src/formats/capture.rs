@@ -233,7 +233,7 @@ pub struct CloseUp {
     pub mm_per_px: Option<f64>,
     /// The lower left corner in the sample's frame (on a cylinder: along the arc and along the axis), mm.
     pub origin_mm: [f64; 2],
-    /// What the weave analysis found; its schema is that of `docs/weave.md`.
+    /// What the weave analysis found; its schema is that of `docs/weave-analysis.md`.
     pub weave: Option<serde_json::Value>,
 }
 

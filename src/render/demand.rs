@@ -8,7 +8,7 @@
 //! there agrees. Drawn so, the relative RMS error is weighted by the pixels that use a pair.
 //!
 //! What stands at a node pair is `fbar · cos(theta_o)` for an opaque surface: `S`, with the noise that it shares with
-//! `av = A cos(theta_o)` divided out (`numerics.md`, section 1). Where a surface has gaps it is `S` itself. A picture's radiance is the
+//! `av = cos(theta_o)` divided out (`numerics.md`, section 1). Where a surface has gaps it is `S` itself. A picture's radiance is the
 //! interpolated number times irradiance over `cos(theta_o)`.
 
 use crate::direction::{MIN_COSINE, Pair};

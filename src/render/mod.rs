@@ -5,7 +5,7 @@
 //!            (mesh, shapes, environment, coverage)
 //! ```
 //!
-//! `L = fbar E av/(A cos_o) + (1 - c) background`: `E` is the irradiance on a plane that faces the light, `c` the share of rays from
+//! `L = fbar E av/cos_o + (1 - c) background`: `E` is the irradiance on a plane that faces the light, `c` the share of rays from
 //! the viewer that hit anything (`docs/formats.md`). For a surface without gaps that is `fbar E`. Light is direct light at the large
 //! scale; objects shadow each other.
 //!

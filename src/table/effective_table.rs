@@ -18,7 +18,7 @@ pub struct EffectiveTable {
     pub(super) reciprocal: bool,
     /// `S` red, green, blue, then their standard errors, 1/sr: one value a stored pair, at [`value_index`].
     pub(super) planes: [Vec<f32>; 6],
-    /// `av / A` of each node.
+    /// `av` of each node.
     pub(super) av: Vec<f32>,
     pub(super) guide: Option<Guide>,
     /// How the table was made.

@@ -1,4 +1,4 @@
-//! Our own file of a whole effective BRDF: an OpenEXR file that says what it is. `docs/effective-format.md` describes it so
+//! Our own file of a whole effective BRDF: an OpenEXR file that says what it is. `docs/table-format.md` describes it so
 //! that a stranger could write a reader.
 
 use super::effective_table::{EffectiveTable, TableOrigin, max_rings};

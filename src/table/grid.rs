@@ -12,7 +12,7 @@
 //! **Weights.** A direction inside the spherical triangle of nodes `W1 W2 W3` has the weights `b` that solve
 //! `b1 W1 + b2 W2 + b3 W3 = w`. They are not negative, continuous across edges, and reproduce the *vector*. Facet by facet
 //! `av(wo)` is linear in the vector `wo`, and `S(wi,wo)` of a diffuse facet in each of `wi` and `wo`, as long as visibility does
-//! not change: so these weights reproduce `av = A cos(theta)` of every closed surface and the flat Lambertian exactly,
+//! not change: so these weights reproduce `av = cos(theta_o)` of every closed surface and the flat Lambertian exactly,
 //! where weights that sum to 1 are wrong by up to 1 % at `K = 8`. (For a constant they are too large by about `1/(8 K²)`.)
 
 use crate::direction::MIN_COSINE;

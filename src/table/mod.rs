@@ -1,6 +1,6 @@
 //! The whole effective BRDF as a table: evaluate, interpolate, store.
 //!
-//! `S(wi,wo)` and `av(wo)/A` stand on the nodes of a hemisphere grid ([`HemisphereGrid`]); between them the weights of the two directions
+//! `S(wi,wo)` and `av(wo)` stand on the nodes of a hemisphere grid ([`HemisphereGrid`]); between them the weights of the two directions
 //! multiply, and a [`Guide`] keeps lobes sharp that are narrower than the grid:
 //!
 //! ```text

@@ -2,7 +2,7 @@
 //! interreflections.
 //!
 //! Parallel rays start uniformly over one period above the surface. Those that meet a front face see the visible projected
-//! area: their share times `cos(theta_o)` is `av / A`, and the mean of `fr (n·wi)+ V(wi)` over them is `fbar`. A ray that meets a
+//! area: their share times `cos(theta_o)` is `av`, and the mean of `fr (n·wi)+ V(wi)` over them is `fbar`. A ray that meets a
 //! back face sees black and is not in `av`; one that passes through a gap is not either.
 //!
 //! Each pair has [`BATCHES`] independent randomised sequences. With `S_r` the light and `a_r` the front share of batch `r`,

@@ -1,6 +1,6 @@
 //! `kind = "mesh"`: triangles from an OBJ, PLY or STL file, periodic in x and y.
 //!
-//! A file's own normals are not used: interpolated ones break `av = A cos` and energy. Its vertices may reach over the period.
+//! A file's own normals are not used: interpolated ones break `av = cos(theta_o)` and energy. Its vertices may reach over the period.
 //! The readers never trust a count in a file: nothing is allocated that the file's size does not back.
 
 mod obj;
