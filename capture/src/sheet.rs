@@ -199,9 +199,8 @@ impl Sheet {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use biscale_fabricate::layout::Paper;
-    use biscale_fabricate::target::Target as Object;
-    use biscale_fabricate::wrap::{Wrap, wrap};
+    use biscale_fabricate::paper::Paper;
+    use biscale_fabricate::wrap::{Target as Object, Wrap, wrap};
     use serde_json::json;
 
     /// A wrap sheet on paper of a size, and as it is read from its sidecar.

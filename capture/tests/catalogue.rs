@@ -376,9 +376,9 @@ fn a_mosaicked_photograph_is_registered_as_well() {
 
 /// A sheet of ours for an object, as sidecar in a folder, and what is printed on it by places of the page.
 fn our_sheet(folder: &std::path::Path, object: &str) -> (biscale_capture::sheet::Sheet, impl Fn(DVec2) -> [f64; 3] + Sync + use<>) {
-    use biscale_fabricate::{layout::Paper, target, wrap};
+    use biscale_fabricate::{paper::Paper, wrap};
     let colours = [[0.6, 0.05, 0.05], [0.05, 0.5, 0.1], [0.05, 0.1, 0.6]];
-    let object = target::Target::parse(object).unwrap();
+    let object = wrap::Target::parse(object).unwrap();
     let fit = object.fit(DVec2::splat(5.0), 0.1);
     let paper = Paper { name: "p", size: DVec2::new(420.0, 297.0), roll: false, margin: 10.0, inset: 0.0 };
     let made = wrap::wrap(object, fit, 0.1, &colours, paper, "t").unwrap();

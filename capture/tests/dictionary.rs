@@ -8,7 +8,7 @@ use biscale_capture::dictionary::Dictionary;
 use biscale_capture::photo::PlanarImage;
 use biscale_capture::shoot::Shoot;
 use biscale_capture::vision::{GreyImage8, board, markers};
-use biscale_fabricate::aruco::is_white;
+use biscale_fabricate::wrap::aruco::is_white;
 use glam::DVec2;
 use std::path::Path;
 

@@ -7,9 +7,7 @@
 mod surfaces;
 
 use biscale_fabricate::mesh::{Mesh, Tolerance};
-use biscale_fabricate::unfold::net::{Problem, Sheet};
-use biscale_fabricate::unfold::search::{Effort, search};
-use biscale_fabricate::unfold::tabs::{TabShapes, TabStyle};
+use biscale_fabricate::unfold::{Effort, Problem, Sheet, TabShapes, TabStyle, search};
 use glam::DVec2;
 use std::time::Instant;
 use surfaces::{grooves, heights, pyramids, stl};

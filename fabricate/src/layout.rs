@@ -1,87 +1,21 @@
 //! Pieces onto pages: each turned so that it takes little room, on shelves from the largest to the smallest.
 
+use crate::polygon::hull;
 use biscale::error::BadInput;
 use glam::DVec2;
 
-/// The paper.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Paper {
-    /// Name as the user gives it.
-    pub name: &'static str,
-    /// Width and height of a page, mm; the height of a roll is what is needed.
-    pub size: DVec2,
-    /// Whether the height is what is needed.
-    pub roll: bool,
-    /// Nothing is drawn this near to the border, mm.
-    pub margin: f64,
-    /// Taken from the area of the pieces on each side by registration marks, mm.
-    pub inset: f64,
-}
-
-/// Height of the strip below the pieces with the scale bar and the legend, mm.
-pub const FOOTER: f64 = 16.0;
-/// What colours and lines take beyond the outlines, mm: 1 mm of colour to both sides of a corner.
-pub const BLEED_ROOM: f64 = 1.5;
 /// Distance between pieces, mm: scissors need some, and so do the colours that reach over the outline.
 pub const GAP: f64 = 4.0;
 
-impl Paper {
-    /// Lower left corner and size of the area for pieces, mm, y upwards; of a roll its height is 2 m.
-    pub fn area(&self) -> [DVec2; 2] {
-        let border = DVec2::splat(self.margin + self.inset + BLEED_ROOM);
-        [border + DVec2::new(0.0, FOOTER), self.size - 2.0 * border - DVec2::new(0.0, FOOTER)]
-    }
-
-    /// Checks that something can be laid on it.
-    ///
-    /// # Errors
-    /// A margin that leaves less than 20 mm, or less than the scale bar's 100 mm across.
-    pub fn check(&self) -> Result<(), BadInput> {
-        let [_, size] = self.area();
-        if size.min_element() < 20.0 || self.size.x - 2.0 * self.margin < 110.0 {
-            let problem =
-                format!("the page of {} x {} mm with its margin leaves {:.0} x {:.0} mm", self.size.x, self.size.y, size.x, size.y);
-            return Err(
-                BadInput::new(problem, "take a larger page or a smaller margin: 110 mm across and 20 mm up are needed").at_field("--page")
-            );
-        }
-        Ok(())
-    }
-}
-
 /// Where a piece lies: turned by the unit vector `x`, then shifted, on a page.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct PiecePlace {
     /// Page, from 0.
     pub page: usize,
     /// The piece's x axis on the page.
     pub x: DVec2,
     /// Its origin on the page, mm, y upwards.
     pub shift: DVec2,
-}
-
-/// Convex hull, counter-clockwise (Andrew's monotone chain).
-pub fn hull(points: impl Iterator<Item = DVec2>) -> Vec<DVec2> {
-    let mut points: Vec<DVec2> = points.collect();
-    points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    points.dedup();
-    if points.len() < 3 {
-        return points;
-    }
-    let chain = |points: &mut dyn Iterator<Item = DVec2>| {
-        let mut out: Vec<DVec2> = Vec::new();
-        for p in points {
-            while out.len() >= 2 && (out[out.len() - 1] - out[out.len() - 2]).perp_dot(p - out[out.len() - 1]) <= 0.0 {
-                out.pop();
-            }
-            out.push(p);
-        }
-        out.pop();
-        out
-    };
-    let mut low = chain(&mut points.iter().copied());
-    low.extend(chain(&mut points.iter().rev().copied()));
-    low
 }
 
 /// A rotation of a piece and its size then.
@@ -112,7 +46,7 @@ fn turns(hull: &[DVec2]) -> Vec<Turn> {
 ///
 /// # Errors
 /// A piece that fits in no rotation.
-pub fn shelves(outlines: &[Vec<DVec2>], area: DVec2, roll: bool) -> Result<(Vec<Place>, usize), BadInput> {
+pub fn shelves(outlines: &[Vec<DVec2>], area: DVec2, roll: bool) -> Result<(Vec<PiecePlace>, usize), BadInput> {
     let mut chosen: Vec<(usize, Turn)> = Vec::new();
     for (k, outline) in outlines.iter().enumerate() {
         let all = turns(&hull(outline.iter().copied()));
@@ -131,7 +65,7 @@ pub fn shelves(outlines: &[Vec<DVec2>], area: DVec2, roll: bool) -> Result<(Vec<
         chosen.push((k, best));
     }
     chosen.sort_by(|(j, a), (k, b)| b.size.y.total_cmp(&a.size.y).then(j.cmp(k)));
-    let mut places = vec![Place { page: 0, x: DVec2::X, shift: DVec2::ZERO }; outlines.len()];
+    let mut places = vec![PiecePlace { page: 0, x: DVec2::X, shift: DVec2::ZERO }; outlines.len()];
     // Shelves of all pages: page, bottom, height, used length.
     let mut shelves: Vec<(usize, f64, f64, f64)> = Vec::new();
     let mut tops: Vec<f64> = Vec::new();
@@ -149,7 +83,7 @@ pub fn shelves(outlines: &[Vec<DVec2>], area: DVec2, roll: bool) -> Result<(Vec<
         let (page, bottom, height, used) = shelves[shelf];
         // Shelves fill the page from its top.
         let corner = DVec2::new(used, if roll { bottom } else { area.y - bottom - height + (height - turn.size.y) });
-        places[k] = Place { page, x: turn.x, shift: corner - turn.low };
+        places[k] = PiecePlace { page, x: turn.x, shift: corner - turn.low };
         shelves[shelf].3 = used + turn.size.x + GAP;
     }
     Ok((places, tops.len()))
@@ -161,13 +95,6 @@ mod tests {
 
     fn rectangle(w: f64, h: f64) -> Vec<DVec2> {
         vec![DVec2::ZERO, DVec2::new(w, 0.0), DVec2::new(w, h), DVec2::new(0.0, h)]
-    }
-
-    #[test]
-    fn a_hull_drops_what_lies_inside_or_on_a_line() {
-        let mut points = rectangle(4.0, 2.0);
-        points.extend([DVec2::new(2.0, 1.0), DVec2::new(2.0, 0.0)]);
-        assert_eq!(hull(points.into_iter()), rectangle(4.0, 2.0));
     }
 
     #[test]

@@ -92,3 +92,43 @@ pub fn distance_to_segment(p: DVec2, a: DVec2, b: DVec2) -> f64 {
     let t = if along == DVec2::ZERO { 0.0 } else { ((p - a).dot(along) / along.length_squared()).clamp(0.0, 1.0) };
     p.distance(a + t * along)
 }
+
+/// Convex hull, counter-clockwise (Andrew's monotone chain).
+pub fn hull(points: impl Iterator<Item = DVec2>) -> Vec<DVec2> {
+    let mut points: Vec<DVec2> = points.collect();
+    points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    points.dedup();
+    if points.len() < 3 {
+        return points;
+    }
+    let chain = |points: &mut dyn Iterator<Item = DVec2>| {
+        let mut out: Vec<DVec2> = Vec::new();
+        for p in points {
+            while out.len() >= 2 && (out[out.len() - 1] - out[out.len() - 2]).perp_dot(p - out[out.len() - 1]) <= 0.0 {
+                out.pop();
+            }
+            out.push(p);
+        }
+        out.pop();
+        out
+    };
+    let mut low = chain(&mut points.iter().copied());
+    low.extend(chain(&mut points.iter().rev().copied()));
+    low
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rectangle(w: f64, h: f64) -> Vec<DVec2> {
+        vec![DVec2::ZERO, DVec2::new(w, 0.0), DVec2::new(w, h), DVec2::new(0.0, h)]
+    }
+
+    #[test]
+    fn a_hull_drops_what_lies_inside_or_on_a_line() {
+        let mut points = rectangle(4.0, 2.0);
+        points.extend([DVec2::new(2.0, 1.0), DVec2::new(2.0, 0.0)]);
+        assert_eq!(hull(points.into_iter()), rectangle(4.0, 2.0));
+    }
+}

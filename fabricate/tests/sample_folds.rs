@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic")]
 
-use biscale_fabricate::verify::Frame;
+use biscale_fabricate::verify::FoldFrame;
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -14,7 +14,7 @@ fn the_samples_of_the_format_are_read() {
     {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../tests/data/folds/{name}.fold"));
         let file: Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
-        let frame = Frame::read(&file, None).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let frame = FoldFrame::read(&file, None).unwrap_or_else(|e| panic!("{name}: {e}"));
         let own = (frame.vertices.len(), frame.edges.len(), frame.faces.len());
         assert_eq!(own, (vertices, edges, faces), "{name}");
     }
@@ -30,7 +30,7 @@ fn what_breaks_the_format_is_refused() {
         "edges_faces": [[0, null], [0, null], [1, null], [1, null], [1, 0]],
         "faces_vertices": [[0, 1, 2], [0, 2, 3]],
     });
-    assert!(Frame::read(&good, None).is_ok());
+    assert!(FoldFrame::read(&good, None).is_ok());
     for (name, key, value) in [
         ("an edge to nowhere", "edges_vertices", json!([[0, 9]])),
         ("a face of two corners", "faces_vertices", json!([[0, 1]])),
@@ -44,6 +44,6 @@ fn what_breaks_the_format_is_refused() {
     ] {
         let mut bad = good.clone();
         bad[key] = value;
-        assert!(Frame::read(&bad, None).is_err(), "{name}");
+        assert!(FoldFrame::read(&bad, None).is_err(), "{name}");
     }
 }

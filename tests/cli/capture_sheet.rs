@@ -10,7 +10,7 @@ mod studio;
 
 use biscale_capture::lens::{Lens, Pose, farthest};
 use biscale_capture::photo::PlanarImage;
-use biscale_fabricate::aruco::is_white;
+use biscale_fabricate::wrap::aruco::is_white;
 use glam::{DMat3, DVec2, DVec3};
 use serde_json::Value;
 use std::fmt::Write as _;

@@ -38,7 +38,7 @@ pub fn board() -> Board {
 
 /// Bits of `DICT_5X5_100`, as our own sheets have them.
 pub fn bits(id: i32) -> Vec<bool> {
-    use biscale_fabricate::aruco::is_white;
+    use biscale_fabricate::wrap::aruco::is_white;
     (0..25).map(|k| is_white(id as usize, 1 + k / 5, 1 + k % 5)).collect()
 }
 

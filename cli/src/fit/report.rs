@@ -4,7 +4,7 @@ use super::files::{digits, flags};
 use super::{pictures, trade};
 use crate::plot::svg::{Anchor, Stroke, Svg, base64, stroke};
 use biscale::error::Result;
-use biscale_fabricate::svg::escape;
+use biscale_fabricate::formats::svg::escape;
 use biscale_fit::fit_file::spec::Spec;
 use biscale_fit::photograph::image::Photograph;
 use biscale_fit::run::{Options, Outcome};

@@ -2,13 +2,12 @@
 
 use crate::options::time;
 use biscale::error::{BadInput, Error, Result};
-use biscale_fabricate::design::{Extent, Recipe, Source, check_scale};
-use biscale_fabricate::fold::room;
-use biscale_fabricate::layout::Paper;
-use biscale_fabricate::output::Format;
-use biscale_fabricate::sheets::{Look, SILHOUETTE_INSET};
-use biscale_fabricate::target;
-use biscale_fabricate::unfold::tabs::TabStyle;
+use biscale_fabricate::design::{Extent, FoldRecipe, Source, check_scale};
+use biscale_fabricate::drawing::{Look, SILHOUETTE_INSET};
+use biscale_fabricate::formats::Format;
+use biscale_fabricate::paper::Paper;
+use biscale_fabricate::unfold::{TabStyle, room};
+use biscale_fabricate::wrap::Target;
 use clap::{Args, ValueEnum};
 use glam::DVec2;
 use std::path::{Path, PathBuf};
@@ -248,10 +247,10 @@ impl SheetArgs {
 }
 
 impl FoldArgs {
-    pub(super) fn recipe(&self, source: &Source, paper: Paper) -> Result<Recipe> {
+    pub(super) fn recipe(&self, source: &Source, paper: Paper) -> Result<FoldRecipe> {
         let scale = check_scale(self.shape.scale)?;
         if let Some(on) = &self.shape.on {
-            let target = target::Target::parse(on)?;
+            let target = Target::parse(on)?;
             if matches!(source, Source::Mesh(..)) {
                 let bad = BadInput::new("a mesh file has no period to put on a target", "leave --on out, or write a material file");
                 return Err(bad.at_field("--on").into());
@@ -264,9 +263,9 @@ impl FoldArgs {
         Ok(self.recipe_of(scale, source.periods(extent, scale)?, paper))
     }
 
-    fn recipe_of(&self, scale: f64, periods: [u32; 2], paper: Paper) -> Recipe {
+    fn recipe_of(&self, scale: f64, periods: [u32; 2], paper: Paper) -> FoldRecipe {
         let split = self.shape.split.then(|| room(paper, TabStyle { width: self.sheet.tab }).size.to_array());
-        Recipe {
+        FoldRecipe {
             scale,
             periods,
             thickness: self.shape.paper_thickness,

@@ -4,9 +4,9 @@ use crate::options::CommonArgs;
 use crate::output;
 use biscale::error::{BadInput, Error, Result};
 use biscale::geometry::weave::Weave;
-use biscale_fabricate::design::{Recipe, Source};
-use biscale_fabricate::fold::surface;
-use biscale_fabricate::verify::{Seen, read_fold, read_svg, verify, verify_strips};
+use biscale_fabricate::design::{FoldRecipe, Source};
+use biscale_fabricate::surface::prepare;
+use biscale_fabricate::verify::{ReadPattern, read_fold, read_svg, verify, verify_strips};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 /// Files that cannot be read or are none of this program's.
 pub fn run(file: &Path, against: &Path, common: &CommonArgs) -> Result<u8> {
     let (seen, files) = read(file)?;
-    let recipe: Recipe = serde_json::from_value(seen.recipe.clone())
+    let recipe: FoldRecipe = serde_json::from_value(seen.recipe.clone())
         .map_err(|e| BadInput::new(format!("the file keeps no recipe: {e}"), "name a file that `biscale fold` wrote").in_file(file))?;
     let margin = seen.recipe.get("margin_mm").and_then(serde_json::Value::as_f64).unwrap_or(0.0);
     let source = Source::load(against)?;
@@ -26,7 +26,7 @@ pub fn run(file: &Path, against: &Path, common: &CommonArgs) -> Result<u8> {
     if let (Some(weave), false) = (source.weave(), seen.strips.is_empty()) {
         return strips(&seen, weave, scale * source.unit_mm(), &recipe, margin, file, common);
     }
-    let (design, _) = surface(&source, &recipe).map_err(|bad| bad.in_file(against))?;
+    let (design, _) = prepare(&source, &recipe).map_err(|bad| bad.in_file(against))?;
     let report = verify(&seen, &design, margin).map_err(|bad| bad.in_file(file))?;
     let fine = report.failures.is_empty();
     if common.json {
@@ -42,7 +42,7 @@ pub fn run(file: &Path, against: &Path, common: &CommonArgs) -> Result<u8> {
 }
 
 /// The same for the strips of a weave.
-fn strips(seen: &Seen, weave: &Weave, scale: f64, recipe: &Recipe, margin: f64, file: &Path, common: &CommonArgs) -> Result<u8> {
+fn strips(seen: &ReadPattern, weave: &Weave, scale: f64, recipe: &FoldRecipe, margin: f64, file: &Path, common: &CommonArgs) -> Result<u8> {
     let wrong = verify_strips(seen, weave, scale, recipe.periods, margin).map_err(|bad| bad.in_file(file))?;
     if common.json {
         output::print_json(&json!({ "strips": seen.strips.len(), "failures": wrong, "ok": wrong.is_empty() }))?;
@@ -55,7 +55,7 @@ fn strips(seen: &Seen, weave: &Weave, scale: f64, recipe: &Recipe, margin: f64, 
 }
 
 /// Reads all pages of a pattern: `OUT.svg`, or `OUT-1.svg` and those that follow it.
-fn read(file: &Path) -> Result<(Seen, Vec<PathBuf>)> {
+fn read(file: &Path) -> Result<(ReadPattern, Vec<PathBuf>)> {
     let ending = file.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     let text = |path: &Path| -> Result<String> {
         let bytes = std::fs::read(path).map_err(|e| Error::reading(path, e))?;

@@ -1,10 +1,9 @@
 //! What `biscale fold` says about a pattern: to a person, and to other programs in the sidecar.
 
-use biscale_fabricate::assembly;
+use biscale_fabricate::drawing::{Sheets, order};
 use biscale_fabricate::mesh::Mesh;
-use biscale_fabricate::pattern::Pattern;
 use biscale_fabricate::preview::Preview;
-use biscale_fabricate::sheets::Sheets;
+use biscale_fabricate::unfold::Pattern;
 use glam::DVec2;
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -91,14 +90,14 @@ pub(super) fn sidecar(made: &Made, recipe: &Value, summary: &Value) -> Value {
         .collect();
     let pages: Vec<Value> = made.sheets.pages.iter().map(|p| json!({ "size_mm": p.size.to_array() })).collect();
     json!({
-        "creator": biscale_fabricate::fold_file::CREATOR,
+        "creator": biscale_fabricate::formats::CREATOR,
         "format": 1,
         "recipe": recipe,
         "summary": summary,
         "pages": pages,
         "pieces": pieces,
         "wrap": made.wrap,
-        "order": assembly::order(&made.mesh, &made.pattern).iter().map(|&k| &made.pattern.pieces[k]).filter(|p| p.copy == 1).map(|p| p.name).collect::<Vec<_>>(),
+        "order": order(&made.mesh, &made.pattern).iter().map(|&k| &made.pattern.pieces[k]).filter(|p| p.copy == 1).map(|p| p.name).collect::<Vec<_>>(),
     })
 }
 

@@ -13,18 +13,14 @@ use crate::output;
 use crate::progress;
 use biscale::error::{BadInput, Error, Result};
 use biscale::filter::Control;
-use biscale_fabricate::assembly;
-use biscale_fabricate::design::{Recipe, Source};
-use biscale_fabricate::fold::{check_widths, room, surface, unfold};
-use biscale_fabricate::layout::Paper;
-use biscale_fabricate::output::{Content, side_by_side};
+use biscale_fabricate::design::{FoldRecipe, Source, Texture};
+use biscale_fabricate::drawing::{Look, assembly_page, sheets};
+use biscale_fabricate::formats::{Content, side_by_side};
+use biscale_fabricate::paper::Paper;
 use biscale_fabricate::preview::{self, Preview};
-use biscale_fabricate::sheets::{Look, sheets};
-use biscale_fabricate::target;
-use biscale_fabricate::texture::Texture;
-use biscale_fabricate::unfold::search::Effort;
-use biscale_fabricate::unfold::tabs::TabStyle;
-use biscale_fabricate::wrap::{self, Wrap};
+use biscale_fabricate::surface::{check_widths, prepare};
+use biscale_fabricate::unfold::{Effort, TabStyle, room, unfold};
+use biscale_fabricate::wrap::{self, Target, Wrap};
 use made::{Made, sidecar, size_text};
 use outputs::Outputs;
 use serde_json::{Value, json};
@@ -87,16 +83,16 @@ pub fn run(args: &FoldArgs, common: &CommonArgs) -> Result<u8> {
 const PREVIEW_RADIUS: f64 = 0.3;
 
 /// The wrap sheet, if one is asked for.
-fn wrap_sheet(args: &FoldArgs, source: &Source, recipe: &Recipe, paper: Paper, title: &str) -> Result<Option<(Wrap, Value)>> {
+fn wrap_sheet(args: &FoldArgs, source: &Source, recipe: &FoldRecipe, paper: Paper, title: &str) -> Result<Option<(Wrap, Value)>> {
     let Some(on) = &args.shape.on else { return Ok(None) };
-    let target = target::Target::parse(on)?;
+    let target = Target::parse(on)?;
     let fit = target.fit(source.period(recipe.scale), recipe.thickness);
     let wrap = wrap::wrap(target, fit, recipe.thickness, &source.colours(), paper, title)?;
     let told = json!({
         "target": target,
         "fit": fit,
         "dictionary": "DICT_5X5_100",
-        "seam_mm": target::SEAM,
+        "seam_mm": wrap::SEAM,
         "origin_mm": wrap.parts[0].origin_mm,
         "turned": wrap.turned,
         "join_mm": wrap::JOIN,
@@ -109,9 +105,9 @@ fn wrap_sheet(args: &FoldArgs, source: &Source, recipe: &Recipe, paper: Paper, t
     Ok(Some((wrap, told)))
 }
 
-fn make(args: &FoldArgs, source: &Source, path: &Path, recipe: &Recipe, paper: Paper, control: &Control<'_>) -> Result<Made> {
+fn make(args: &FoldArgs, source: &Source, path: &Path, recipe: &FoldRecipe, paper: Paper, control: &Control<'_>) -> Result<Made> {
     (control.progress)("surface", 0.0);
-    let (mut mesh, textured) = surface(source, recipe)?;
+    let (mut mesh, textured) = prepare(source, recipe)?;
     let texture = if textured { Texture::new(source, recipe.scale, recipe.periods) } else { None };
     if let Some(texture) = &texture {
         texture.tint(&mut mesh);
@@ -159,7 +155,7 @@ fn make(args: &FoldArgs, source: &Source, path: &Path, recipe: &Recipe, paper: P
     if sheets.missed > 0 {
         notes.push(format!("{} numbers found no place at their edges", sheets.missed));
     }
-    sheets.pages.push(assembly::page(&mesh, &pattern, paper, &title));
+    sheets.pages.push(assembly_page(&mesh, &pattern, paper, &title));
     let wrap = wrap.map(|(wrap, told)| {
         sheets.places.iter_mut().for_each(|p| p.page += wrap.pages.len());
         sheets.pages.splice(0..0, wrap.pages);
@@ -175,7 +171,7 @@ fn make(args: &FoldArgs, source: &Source, path: &Path, recipe: &Recipe, paper: P
     Ok(Made { title, mesh, pattern, sheets, notes, volume, wrap, preview })
 }
 
-fn preview_of(args: &FoldArgs, source: &Source, recipe: &Recipe, control: &Control<'_>) -> Result<Option<Preview>> {
+fn preview_of(args: &FoldArgs, source: &Source, recipe: &FoldRecipe, control: &Control<'_>) -> Result<Option<Preview>> {
     if !args.shape.preview {
         return Ok(None);
     }

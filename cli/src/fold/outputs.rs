@@ -53,5 +53,5 @@ impl Outputs {
 /// Whether a file was written by this command: it says so.
 fn made_here(path: &Path) -> bool {
     let says = |text: &[u8]| std::fs::read(path).is_ok_and(|bytes| bytes.windows(text.len()).any(|w| w == text));
-    says(biscale_fabricate::fold_file::CREATOR.as_bytes())
+    says(biscale_fabricate::formats::CREATOR.as_bytes())
 }

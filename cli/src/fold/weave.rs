@@ -7,12 +7,12 @@ use crate::options::CommonArgs;
 use crate::output;
 use crate::progress;
 use biscale::error::{Error, Result};
-use biscale_fabricate::design::{Recipe, Source};
-use biscale_fabricate::layout::Paper;
+use biscale_fabricate::design::{FoldRecipe, Source};
+use biscale_fabricate::drawing::strip_pages;
+use biscale_fabricate::formats::{Content, Format};
 use biscale_fabricate::mesh::Mesh;
-use biscale_fabricate::output::{Content, Format};
-use biscale_fabricate::pattern::Pattern;
-use biscale_fabricate::strips;
+use biscale_fabricate::paper::Paper;
+use biscale_fabricate::unfold::{self, Pattern};
 use serde_json::json;
 use std::path::Path;
 
@@ -26,7 +26,7 @@ pub fn run(
     common: &CommonArgs,
     source: &Source,
     path: &Path,
-    recipe: &Recipe,
+    recipe: &FoldRecipe,
     paper: Paper,
     format: Format,
     outputs: &Outputs,
@@ -42,8 +42,8 @@ pub fn run(
     let title = format!("{}, {} x {} repeats", source.name(path), recipe.periods[0], recipe.periods[1]);
     let (strips, pages, wrap, preview) = progress::with_control(common, |control| {
         (control.progress)("drawing", 0.0);
-        let strips = strips::strips(weave, scale, recipe.periods, |part| source.colour_of_part(part));
-        let mut pages = strips::pages(&strips, paper, &args.look(&title), args.force).map_err(Error::from)?;
+        let strips = unfold::strips(weave, scale, recipe.periods, |part| source.colour_of_part(part));
+        let mut pages = strip_pages(&strips, paper, &args.look(&title), args.force).map_err(Error::from)?;
         let wrap = super::wrap_sheet(args, source, recipe, paper, &title)?.map(|(wrap, told)| {
             pages.splice(0..0, wrap.pages);
             told
@@ -64,7 +64,7 @@ pub fn run(
         .map(|s| json!({ "strip": s.name, "length_mm": s.size.x, "width_mm": s.size.y, "over": s.crossings.iter().map(|c| u8::from(c.over)).collect::<Vec<_>>() }))
         .collect();
     let sidecar = json!({
-        "creator": biscale_fabricate::fold_file::CREATOR,
+        "creator": biscale_fabricate::formats::CREATOR,
         "format": 1,
         "recipe": recipe_json,
         "summary": summary,

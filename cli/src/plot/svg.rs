@@ -4,7 +4,7 @@
 //! an SVG names it, and substitutes that other machines have.
 
 use biscale::error::{Error, Result};
-use biscale_fabricate::svg::escape;
+use biscale_fabricate::formats::svg::escape;
 use resvg::tiny_skia::{Pixmap, PixmapPaint, Transform};
 use resvg::usvg;
 use std::fmt::Write as _;

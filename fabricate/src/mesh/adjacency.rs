@@ -1,9 +1,19 @@
 //! Which facets meet at which edges; what cannot be a surface of paper is refused.
 
-use super::Edge;
 use biscale::error::BadInput;
 use glam::DVec3;
 use rustc_hash::FxHashMap;
+
+/// Where two facets meet, or the surface ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Edge {
+    /// Its ends, in the order of the first facet.
+    pub ends: [u32; 2],
+    /// The facets on both sides and the place of the edge in each; the second is `None` at the surface's border.
+    pub sides: [Option<(u32, u32)>; 2],
+    /// Fold angle in radians, -pi to pi: positive for a valley, negative for a mountain, seen from outside; 0 is flat.
+    pub angle: f64,
+}
 
 /// A place in space as words.
 pub(super) fn place(v: DVec3) -> String {

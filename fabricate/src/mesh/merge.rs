@@ -1,17 +1,17 @@
 //! Coplanar neighbours joined to one facet.
 
-use super::adjacency::{Adjacency, place};
-use super::soup::{Triangles, fan_with_points};
-use super::{FLAT_ANGLE, FLAT_SHARE, Facet, Tolerance};
-use biscale::error::BadInput;
-use glam::{DVec2, DVec3};
+use super::adjacency::Adjacency;
+use super::t_junctions::fan_with_points;
+use super::tolerance::{FLAT_ANGLE, FLAT_SHARE, Tolerance};
+use super::triangles::{Triangles, newell};
+use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 /// A facet in the making: outline, the triangles in it, colour.
 pub(super) struct Group {
-    corners: Vec<u32>,
-    triangles: Vec<[u32; 3]>,
-    colour: [f64; 3],
+    pub(super) corners: Vec<u32>,
+    pub(super) triangles: Vec<[u32; 3]>,
+    pub(super) colour: [f64; 3],
 }
 
 /// Joins coplanar neighbours of one colour, as long as the result is a polygon without holes.
@@ -106,13 +106,6 @@ pub(super) fn drop_collinear(soup: &Triangles, groups: &mut [Group], tolerance: 
     }
 }
 
-/// Twice the area vector of a polygon in space.
-pub(super) fn newell(points: impl Iterator<Item = DVec3>) -> DVec3 {
-    let points: Vec<DVec3> = points.collect();
-    let origin = points[0];
-    (1..points.len() - 1).map(|k| (points[k] - origin).cross(points[k + 1] - origin)).sum()
-}
-
 /// The outline of two polygons that share exactly one chain of edges; `None` if they would touch elsewhere too.
 fn join_outlines(a: &[u32], b: &[u32]) -> Option<Vec<u32>> {
     let (n, m) = (a.len(), b.len());
@@ -139,39 +132,4 @@ fn join_outlines(a: &[u32], b: &[u32]) -> Option<Vec<u32>> {
         joined.push(b[(from + k) % m]);
     }
     Some(joined)
-}
-
-impl Facet {
-    pub(super) fn new(soup: &Triangles, group: Group) -> Result<Self, BadInput> {
-        let at = |v: u32| soup.vertices[v as usize];
-        let Group { corners, triangles, colour } = group;
-        let area = newell(corners.iter().map(|&c| at(c)));
-        let normal = area.normalize_or_zero();
-        let origin = at(corners[0]);
-        // The x axis along the longest edge: lengths along it are kept to the last bit.
-        let n = corners.len();
-        let longest = (0..n)
-            .max_by(|&j, &k| {
-                let length = |k: usize| at(corners[k]).distance_squared(at(corners[(k + 1) % n]));
-                length(j).total_cmp(&length(k)).then(k.cmp(&j))
-            })
-            .expect("a facet has corners");
-        let along = at(corners[(longest + 1) % n]) - at(corners[longest]);
-        let x = (along - normal * along.dot(normal)).normalize_or_zero();
-        let y = normal.cross(x);
-        if normal == DVec3::ZERO || x == DVec3::ZERO {
-            return Err(BadInput::new(format!("a facet at {} has no area", place(origin)), "remove it from the mesh"));
-        }
-        let flat = corners.iter().map(|&c| DVec2::new((at(c) - origin).dot(x), (at(c) - origin).dot(y))).collect();
-        let place_of: FxHashMap<u32, u32> = corners.iter().zip(0..).map(|(&v, k)| (v, k)).collect();
-        // Corners that were inside the facet are gone from its outline; then it is filled anew.
-        let fill: Option<Vec<[u32; 3]>> =
-            triangles.iter().map(|t| Some([*place_of.get(&t[0])?, *place_of.get(&t[1])?, *place_of.get(&t[2])?])).collect();
-        let mut facet = Self { corners, flat, fill: Vec::new(), edges: Vec::new(), normal, colour };
-        facet.fill = match fill {
-            Some(fill) => fill,
-            None => crate::polygon::triangulate(&facet.flat),
-        };
-        Ok(facet)
-    }
 }

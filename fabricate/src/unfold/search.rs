@@ -194,7 +194,7 @@ fn run<'p, 'a>(problem: &'p Problem<'a>, effort: Effort, number: u32, least: usi
 }
 
 /// What is needed to go back to a net.
-type Snapshot = (Vec<bool>, Vec<Option<super::net::Tab>>);
+type Snapshot = (Vec<bool>, Vec<Option<super::net::TabChoice>>);
 
 fn snapshot(net: &Net<'_, '_>) -> Snapshot {
     (net.tree.clone(), net.tab.clone())

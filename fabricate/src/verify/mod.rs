@@ -3,69 +3,55 @@
 //! Nothing here uses the unfolder, its tabs, its layout or its drawing: what a reader of the file can see is all there is. The design is
 //! built again from the material, with the recipe that the file keeps.
 
+mod best_fit;
 mod numbers;
+mod overlaps;
 mod read_fold;
+mod read_pattern;
 mod read_svg;
 mod refold;
+mod report;
 mod strips;
 
-pub use read_fold::{Frame, read_fold};
+pub use read_fold::{FoldFrame, read_fold};
+pub use read_pattern::{ReadFacet, ReadFold, ReadPattern};
 pub use read_svg::read_svg;
-pub use refold::{Report, verify};
+pub use report::{ANGLE_DEG, EDGE_LENGTH, OVERLAP, POSITION, VerifyReport};
 pub use strips::verify_strips;
 
-use glam::{DVec2, DVec3};
-use serde_json::Value;
+use crate::mesh::Mesh;
+use biscale::error::BadInput;
+use glam::DVec2;
+use overlaps::{outlines, overlaps};
+use refold::{lengths, links, refold};
 
-/// What a file shows, mm, y up.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Seen {
-    /// Facets.
-    pub facets: Vec<SeenFacet>,
-    /// Fold lines between facets.
-    pub folds: Vec<SeenFold>,
-    /// Polygons of tabs with their page.
-    pub tabs: Vec<(usize, Vec<DVec2>)>,
-    /// Lines to cut with their page, closed.
-    pub outlines: Vec<(usize, Vec<DVec2>)>,
-    /// Page sizes; none where the file has no pages.
-    pub pages: Vec<DVec2>,
-    /// The lowest and highest point of anything drawn on each page, with half the width of its line.
-    pub extents: Vec<[DVec2; 2]>,
-    /// Numbers at edges that are glued: edge and facet of the design, and what stands there.
-    pub numbers: Vec<(u32, u32, String)>,
-    /// The recipe.
-    pub recipe: Value,
-    /// The folded form that the file shows, for each facet its corners, if it does.
-    pub folded: Option<Vec<Vec<DVec3>>>,
-    /// Strips of a weave by name, with their corners; the first two are along the lower side.
-    pub strips: Vec<(String, Vec<DVec2>)>,
-    /// Crossings: the strip, whether it lies over, the polygon; in order along the strip.
-    pub crossings: Vec<(String, bool, Vec<DVec2>)>,
-    /// Facets whose polygon a clockwise or degenerate one is, by number.
-    pub turned: usize,
-}
-
-/// A facet in a file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SeenFacet {
-    /// The page.
-    pub page: usize,
-    /// The piece's number, and which of its copies it is.
-    pub piece: [u32; 2],
-    /// The facet of the design.
-    pub facet: u32,
-    /// Its corners, counter-clockwise.
-    pub polygon: Vec<DVec2>,
-}
-
-/// A fold line in a file.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SeenFold {
-    /// The page.
-    pub page: usize,
-    /// Its ends.
-    pub ends: [DVec2; 2],
-    /// Its angle, radians, valley positive.
-    pub angle: f64,
+/// Compares what was read with the design.
+///
+/// # Errors
+/// A file whose facets are not those of the design at all.
+pub fn verify(seen: &ReadPattern, design: &Mesh, margin: f64) -> Result<VerifyReport, BadInput> {
+    let mut report = VerifyReport { facets: design.facets.len(), ..VerifyReport::default() };
+    let mut count = vec![0_usize; design.facets.len()];
+    for facet in &seen.facets {
+        let known = design.facets.get(facet.facet as usize).filter(|f| f.corners.len() == facet.polygon.len());
+        if known.is_none() {
+            let problem = format!("facet {} with {} corners is none of the design's", facet.facet, facet.polygon.len());
+            return Err(BadInput::new(problem, "is it the material that the file was made from?").at_field("--against"));
+        }
+        count[facet.facet as usize] += 1;
+    }
+    report.missing_or_double = count.iter().filter(|&&n| n != 1).count() + seen.turned;
+    report.pieces = seen.facets.iter().map(|f| f.piece).collect::<std::collections::BTreeSet<_>>().len();
+    lengths(seen, design, &mut report);
+    let links = links(seen, design, &mut report);
+    refold(seen, design, &links, &mut report);
+    (report.numbered, report.wrong_numbers) = numbers::check(seen, design);
+    overlaps(seen, &mut report);
+    outlines(seen, &mut report);
+    for (page, [low, high]) in seen.pages.iter().zip(&seen.extents) {
+        let over = (DVec2::splat(margin) - *low).max(*high - (*page - margin)).max_element();
+        report.margin_violation_mm = report.margin_violation_mm.max(over);
+    }
+    report.judge();
+    Ok(report)
 }

@@ -1,12 +1,12 @@
 //! Numbers at glued edges: a person glues what has one number.
 
-use super::Seen;
+use super::read_pattern::ReadPattern;
 use crate::mesh::Mesh;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// How many glued edges have a number, and how many of these are wrong: another number on the other side, or one that also stands at an
 /// edge between other pieces. Copies of a piece, which may take each other's place, share their numbers.
-pub fn check(seen: &Seen, design: &Mesh) -> (usize, usize) {
+pub fn check(seen: &ReadPattern, design: &Mesh) -> (usize, usize) {
     let piece_of: BTreeMap<u32, [u32; 2]> = seen.facets.iter().map(|f| (f.facet, f.piece)).collect();
     let mut sides: BTreeMap<u32, Vec<(u32, &str)>> = BTreeMap::new();
     for (edge, facet, number) in &seen.numbers {

@@ -1,6 +1,6 @@
 //! FOLD files: any that is sound, and what this program's own say beyond it.
 
-use super::{Seen, SeenFacet, SeenFold};
+use super::read_pattern::{ReadFacet, ReadFold, ReadPattern, signed_area};
 use biscale::error::BadInput;
 use glam::{DVec2, DVec3};
 use serde_json::Value;
@@ -11,7 +11,7 @@ fn bad(problem: impl Into<String>) -> BadInput {
 
 /// A FOLD frame with its references checked.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Frame {
+pub struct FoldFrame {
     /// Positions; z is 0 where the file has two numbers.
     pub vertices: Vec<DVec3>,
     /// Ends of the edges.
@@ -39,7 +39,7 @@ fn index(value: &Value, count: usize, what: &str) -> Result<usize, BadInput> {
     k.ok_or_else(|| bad(format!("{what}: {value} is none of {count}")))
 }
 
-impl Frame {
+impl FoldFrame {
     /// Reads the top-level frame of a FOLD file, or `frame` of its `file_frames`, which may inherit.
     ///
     /// # Errors
@@ -115,9 +115,9 @@ impl Frame {
 ///
 /// # Errors
 /// Text that is no FOLD, or one without the facets of a design.
-pub fn read_fold(text: &str) -> Result<Seen, BadInput> {
+pub fn read_fold(text: &str) -> Result<ReadPattern, BadInput> {
     let file: Value = serde_json::from_str(text).map_err(|e| BadInput::new(format!("this is no JSON: {e}"), "name a FOLD file"))?;
-    let frame = Frame::read(&file, None)?;
+    let frame = FoldFrame::read(&file, None)?;
     let own = |key: &str| -> Result<Vec<u32>, BadInput> {
         let numbers =
             list(&file, key)?.iter().map(|v| v.as_u64().and_then(|v| u32::try_from(v).ok()).ok_or_else(|| bad(format!("{key}: {v}"))));
@@ -130,16 +130,16 @@ pub fn read_fold(text: &str) -> Result<Seen, BadInput> {
     };
     let (facets, pieces) = (own("faces_biscale:facet")?, own("faces_biscale:piece")?);
     let copies = own("faces_biscale:copy")?;
-    let mut seen = Seen { recipe: file.get("biscale:recipe").cloned().unwrap_or(Value::Null), ..Seen::default() };
+    let mut seen = ReadPattern { recipe: file.get("biscale:recipe").cloned().unwrap_or(Value::Null), ..ReadPattern::default() };
     let flat = |v: usize| frame.vertices[v].truncate();
     for (k, face) in frame.faces.iter().enumerate() {
         let polygon: Vec<DVec2> = face.iter().map(|&v| flat(v)).collect();
-        seen.turned += usize::from(super::refold::signed_area(&polygon) <= 0.0);
-        seen.facets.push(SeenFacet { page: 0, piece: [pieces[k], copies[k]], facet: facets[k], polygon });
+        seen.turned += usize::from(signed_area(&polygon) <= 0.0);
+        seen.facets.push(ReadFacet { page: 0, piece: [pieces[k], copies[k]], facet: facets[k], polygon });
     }
     for (k, ends) in frame.edges.iter().enumerate() {
         if let (Some('M' | 'V'), Some(Some(angle))) = (frame.assignment.get(k), frame.angles.get(k)) {
-            seen.folds.push(SeenFold { page: 0, ends: ends.map(flat), angle: angle.to_radians() });
+            seen.folds.push(ReadFold { page: 0, ends: ends.map(flat), angle: angle.to_radians() });
         }
     }
     let (edges, numbers) = (list(&file, "edges_biscale:edge")?, list(&file, "edges_biscale:number")?);
@@ -151,7 +151,7 @@ pub fn read_fold(text: &str) -> Result<Seen, BadInput> {
         }
     }
     if !list(&file, "file_frames")?.is_empty() {
-        let folded = Frame::read(&file, Some(0))?;
+        let folded = FoldFrame::read(&file, Some(0))?;
         if folded.faces.iter().map(Vec::len).ne(frame.faces.iter().map(Vec::len)) {
             return Err(bad("the folded form has other faces than the crease pattern"));
         }

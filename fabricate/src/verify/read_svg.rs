@@ -1,6 +1,6 @@
 //! Pages of SVG, as any program could read them: polygons with `data-facet`, lines with `data-angle`, closed paths in the layer `cut`.
 
-use super::{Seen, SeenFacet, SeenFold};
+use super::read_pattern::{ReadFacet, ReadFold, ReadPattern, signed_area};
 use biscale::error::BadInput;
 use glam::DVec2;
 use roxmltree::{Document, Node};
@@ -9,8 +9,8 @@ use roxmltree::{Document, Node};
 ///
 /// # Errors
 /// Text that is no SVG of a pattern.
-pub fn read_svg(pages: &[String]) -> Result<Seen, BadInput> {
-    let mut seen = Seen::default();
+pub fn read_svg(pages: &[String]) -> Result<ReadPattern, BadInput> {
+    let mut seen = ReadPattern::default();
     for (page, text) in pages.iter().enumerate() {
         read_page(&mut seen, page, text)?;
     }
@@ -34,7 +34,7 @@ fn whole(node: Node<'_, '_>, attribute: &str) -> Result<u32, BadInput> {
     node.attribute(attribute).and_then(|p| p.parse().ok()).ok_or_else(|| bad(node, &format!("{attribute} is no whole number")))
 }
 
-fn read_page(seen: &mut Seen, page: usize, text: &str) -> Result<(), BadInput> {
+fn read_page(seen: &mut ReadPattern, page: usize, text: &str) -> Result<(), BadInput> {
     let document =
         Document::parse(text).map_err(|e| BadInput::new(format!("this is no XML: {e}"), "name an SVG that `biscale fold` wrote"))?;
     let root = document.root_element();
@@ -75,8 +75,8 @@ fn read_page(seen: &mut Seen, page: usize, text: &str) -> Result<(), BadInput> {
         if let Some(facet) = node.attribute("data-facet") {
             let facet = facet.parse().map_err(|_| bad(node, "data-facet is no whole number"))?;
             let piece = [whole(node, "data-piece")?, if node.has_attribute("data-copy") { whole(node, "data-copy")? } else { 1 }];
-            seen.turned += usize::from(super::refold::signed_area(&points) <= 0.0);
-            seen.facets.push(SeenFacet { page, piece, facet, polygon: points });
+            seen.turned += usize::from(signed_area(&points) <= 0.0);
+            seen.facets.push(ReadFacet { page, piece, facet, polygon: points });
         } else if let Some(strip) = node.attribute("data-strip") {
             if points.len() != 4 {
                 return Err(bad(node, "a strip has not four corners"));
@@ -89,7 +89,7 @@ fn read_page(seen: &mut Seen, page: usize, text: &str) -> Result<(), BadInput> {
         } else if node.has_attribute("data-edge") {
             let angle = number(node, "data-angle")?.to_radians();
             let [a, b] = points[..] else { return Err(bad(node, "a fold line has not two points")) };
-            seen.folds.push(SeenFold { page, ends: [a, b], angle });
+            seen.folds.push(ReadFold { page, ends: [a, b], angle });
         } else if node.has_attribute("data-loop") {
             seen.outlines.push((page, points));
         }

@@ -1,13 +1,13 @@
 //! Strips of a weave: are they those of the draft, as long as the threads, apart from each other?
 
-use super::Seen;
+use super::read_pattern::ReadPattern;
 use biscale::error::BadInput;
 use biscale::geometry::weave::Weave;
 use glam::DVec2;
 use std::collections::BTreeMap;
 
 /// Corners of a strip, and its crossings: where they are along it, and whether it lies over.
-type Known<'s> = (&'s [DVec2], Vec<(f64, bool)>);
+type KnownStrip<'s> = (&'s [DVec2], Vec<(f64, bool)>);
 
 /// What is wrong with the strips in a file, in words; nothing if all is well. `scale` is printed mm for one unit of the weave.
 ///
@@ -16,12 +16,12 @@ type Known<'s> = (&'s [DVec2], Vec<(f64, bool)>);
 ///
 /// # Errors
 /// A file without strips.
-pub fn verify_strips(seen: &Seen, weave: &Weave, scale: f64, periods: [u32; 2], margin: f64) -> Result<Vec<String>, BadInput> {
+pub fn verify_strips(seen: &ReadPattern, weave: &Weave, scale: f64, periods: [u32; 2], margin: f64) -> Result<Vec<String>, BadInput> {
     if seen.strips.is_empty() {
         return Err(BadInput::new("there is no strip in the file", "name an SVG that `biscale fold` wrote of a weave"));
     }
     let mut wrong = Vec::new();
-    let mut known: BTreeMap<&str, Known<'_>> = BTreeMap::new();
+    let mut known: BTreeMap<&str, KnownStrip<'_>> = BTreeMap::new();
     for (name, polygon) in &seen.strips {
         if known.insert(name, (polygon, Vec::new())).is_some() {
             wrong.push(format!("{name} stands twice"));

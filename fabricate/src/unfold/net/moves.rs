@@ -1,6 +1,7 @@
 //! The one kind of change of a net: a part of a piece is taken off and laid at another place, across an edge.
 
-use super::{Net, Pose, TAB, Tab};
+use super::pieces::{Net, TAB, TabChoice};
+use super::pose::Pose;
 use crate::polygon::Convex;
 use glam::DVec2;
 
@@ -215,7 +216,7 @@ impl Net<'_, '_> {
         let mut old = std::mem::take(&mut self.scratch.old);
         before.clear();
         old.clear();
-        let note = |net: &mut Self, before: &mut Vec<(u32, Option<Tab>, bool)>, e: u32| {
+        let note = |net: &mut Self, before: &mut Vec<(u32, Option<TabChoice>, bool)>, e: u32| {
             if problem.mesh.edges[e as usize].sides[1].is_some() && before.iter().all(|&(b, ..)| b != e) {
                 before.push((e, net.tab[e as usize], net.joined[e as usize]));
                 net.take_tab(e);

@@ -1,0 +1,27 @@
+//! Marks that cutters look for.
+
+use super::page::{BLACK, Layer, Mark, Page, Style};
+use crate::paper::Paper;
+use glam::DVec2;
+
+/// Length of the lines of registration marks, mm.
+const SILHOUETTE_LENGTH: f64 = 20.0;
+
+/// What registration marks take from the area on each side, mm.
+pub const SILHOUETTE_INSET: f64 = 11.0;
+
+/// The marks that Silhouette's cutters look for: a square of 5 mm at the upper left, two corners of 20 mm lines .5 mm thick.
+pub(super) fn silhouette(page: &mut Page, paper: Paper) {
+    let m = paper.margin;
+    let (w, h) = (page.size.x, page.size.y);
+    let square = [DVec2::new(m, h - m - 5.0), DVec2::new(m + 5.0, h - m - 5.0), DVec2::new(m + 5.0, h - m), DVec2::new(m, h - m)];
+    page.add(Layer::Registration, Mark::Polygon { points: square.to_vec(), fill: BLACK });
+    let corner = |at: DVec2, x: f64, y: f64| [at + DVec2::new(x, 0.0), at, at + DVec2::new(0.0, y)];
+    page.line(
+        Layer::Registration,
+        Style::Bold,
+        &corner(DVec2::new(w - m - 0.25, h - m - 0.25), -SILHOUETTE_LENGTH, -SILHOUETTE_LENGTH),
+        false,
+    );
+    page.line(Layer::Registration, Style::Bold, &corner(DVec2::new(m + 0.25, m + 0.25), SILHOUETTE_LENGTH, SILHOUETTE_LENGTH), false);
+}

@@ -1,0 +1,134 @@
+//! The pages: pieces with colours, lines and numbers, and what every page says.
+
+use super::back::mirrored;
+use super::footer::footer;
+use super::look::Look;
+use super::page::Page;
+use super::piece::{FLAT, bleed, draw_piece};
+use super::piece_image::paint;
+use super::registration::silhouette;
+use crate::design::Texture;
+use crate::layout::{PiecePlace, shelves};
+use crate::mesh::Mesh;
+use crate::paper::Paper;
+use crate::unfold::{Pattern, Piece};
+use biscale::error::Result;
+use glam::DVec2;
+use std::collections::BTreeMap;
+
+/// The pieces of a pattern on pages.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sheets {
+    /// The pages.
+    pub pages: Vec<Page>,
+    /// Where each piece lies.
+    pub places: Vec<PiecePlace>,
+    /// Numbers that found no place beside their edge.
+    pub missed: usize,
+}
+
+/// Lays out and draws a pattern. With a `texture` the facets get its colours in place of their own.
+///
+/// # Errors
+/// A piece that fits no page; a page too small for anything; colours that cannot be written.
+pub fn sheets(mesh: &Mesh, pattern: &Pattern, paper: Paper, look: &Look, texture: Option<&Texture<'_>>) -> Result<Sheets> {
+    paper.check()?;
+    let outlines: Vec<Vec<DVec2>> = pattern.pieces.iter().map(|p| p.outline.concat()).collect();
+    let [corner, area] = paper.area();
+    let (places, count) = shelves(&outlines, area, paper.roll)?;
+    let mut pages = vec![Page { size: paper.size, items: Vec::new() }; count];
+    let mut placed: Vec<Piece> = Vec::new();
+    for (piece, place) in pattern.pieces.iter().zip(&places) {
+        placed.push(piece.moved(place.x, place.shift + corner));
+    }
+    if paper.roll {
+        let top = placed.iter().flat_map(|p| p.outline.iter().flatten()).map(|p| p.y).fold(0.0, f64::max);
+        pages[0].size.y = (top + paper.margin + paper.inset).ceil();
+    }
+    // Colours of all pieces lie below all lines.
+    if look.colours {
+        for (piece, place) in placed.iter().zip(&places) {
+            bleed(&mut pages[place.page], mesh, piece);
+        }
+    }
+    let kinds = fold_kinds(&placed);
+    let look = &Look {
+        angles: look.angles && (kinds.len() > FEW_KINDS || placed.iter().map(|p| p.folds.len()).sum::<usize>() <= FEW_FOLDS),
+        ..look.clone()
+    };
+    let angles = (!look.angles && kinds.len() <= FEW_KINDS && !kinds.is_empty()).then(|| angles_text(&kinds));
+    let rows = if look.numbers { rows(mesh, look.period) } else { BTreeMap::new() };
+    let mut missed = 0;
+    for (k, (piece, place)) in placed.iter().zip(&places).enumerate() {
+        let picture = match texture.filter(|_| look.colours) {
+            Some(texture) => Some(paint(mesh, piece, texture)?),
+            None => None,
+        };
+        missed += draw_piece(&mut pages[place.page], mesh, pattern, k, piece, look, &rows, picture);
+    }
+    let backs: Vec<Page> = if look.back { pages.iter().map(mirrored).collect() } else { Vec::new() };
+    // The page that tells how to put the pieces together follows.
+    let total = count + backs.len() + 1;
+    let mut all = Vec::with_capacity(count + backs.len());
+    let mut backs = backs.into_iter();
+    for page in pages {
+        all.push(page);
+        all.extend(backs.next());
+    }
+    for (k, page) in all.iter_mut().enumerate() {
+        let back = look.back && k % 2 == 1;
+        let legend = if back { "back" } else { "front" };
+        footer(
+            page,
+            paper,
+            angles.as_deref(),
+            &format!("{}  -  page {} of {total}{}", look.title, k + 1, if look.back { format!(" ({legend})") } else { String::new() }),
+            !back,
+        );
+        if look.silhouette && !back {
+            silhouette(page, paper);
+        }
+    }
+    let places =
+        places.into_iter().map(|p| PiecePlace { page: p.page * (1 + usize::from(look.back)), shift: p.shift + corner, ..p }).collect();
+    Ok(Sheets { pages: all, places, missed })
+}
+
+/// For each period along x the facet that begins it, at the lowest y, with the text `#1` and so on.
+fn rows(mesh: &Mesh, period: f64) -> BTreeMap<u32, String> {
+    let low = mesh.vertices.iter().map(|v| v.x).fold(f64::INFINITY, f64::min);
+    let size = mesh.vertices.iter().map(|v| v.x - low).fold(0.0, f64::max);
+    if !(period > 0.0 && size > 1.5 * period) {
+        return BTreeMap::new();
+    }
+    let mut first: BTreeMap<u64, (f64, f64, u32)> = BTreeMap::new();
+    for (k, facet) in (0_u32..).zip(&mesh.facets) {
+        let middle = facet.corners.iter().map(|&c| mesh.vertices[c as usize]).sum::<glam::DVec3>() / facet.corners.len() as f64;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some thousand periods")]
+        let row = ((middle.x - low) / period).floor() as u64;
+        let place = (middle.y, middle.x, k);
+        let best = first.entry(row).or_insert(place);
+        if (place.0, place.1) < (best.0, best.1) {
+            *best = place;
+        }
+    }
+    first.into_iter().map(|(row, (_, _, k))| (k, format!("#{}", row + 1))).collect()
+}
+
+/// So many kinds of folds are told once, in the footer, where there are more than so many folds.
+const FEW_KINDS: usize = 4;
+
+const FEW_FOLDS: usize = 40;
+
+/// The fold angles in whole degrees, mountains negative, each once.
+fn fold_kinds(pieces: &[Piece]) -> std::collections::BTreeSet<i32> {
+    #[expect(clippy::cast_possible_truncation, reason = "at most 180")]
+    let whole = |angle: f64| angle.to_degrees().round() as i32;
+    pieces.iter().flat_map(|p| &p.folds).filter(|f| f.angle.abs() >= FLAT).map(|f| whole(f.angle)).collect()
+}
+
+/// `mountain 45°, valley 63°`.
+fn angles_text(kinds: &std::collections::BTreeSet<i32>) -> String {
+    let list: Vec<String> = kinds.iter().map(|&a| format!("{} {}°", if a < 0 { "mountain" } else { "valley" }, a.abs())).collect();
+    format!("fold angles: {}", list.join(", "))
+}

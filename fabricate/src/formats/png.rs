@@ -1,0 +1,36 @@
+//! A page as PNG, by way of its SVG.
+
+use super::svg::MARK;
+use super::svg_tree::{failed, fonts, tree};
+use crate::drawing::Page;
+use biscale::error::Result;
+use resvg::tiny_skia::{Pixmap, Transform};
+
+/// A page as pixels, so many to the millimetre.
+///
+/// # Errors
+/// [`biscale::error::Error::Numeric`] if it cannot be drawn.
+pub fn png(page: &Page, per_mm: f64) -> Result<Vec<u8>> {
+    let tree = tree(page, &fonts())?;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some thousand pixels")]
+    let pixels = |mm: f64| (mm * per_mm).round() as u32;
+    let mut canvas = Pixmap::new(pixels(page.size.x), pixels(page.size.y)).ok_or_else(|| failed(&"the page has no size"))?;
+    canvas.fill(resvg::tiny_skia::Color::WHITE);
+    #[expect(clippy::cast_possible_truncation, reason = "a scale of a few")]
+    resvg::render(&tree, Transform::from_scale(per_mm as f32, per_mm as f32), &mut canvas.as_mut());
+    encode(&canvas)
+}
+
+/// The pixels as a PNG file that names this program, so that it is recognised as its output.
+fn encode(pixels: &Pixmap) -> Result<Vec<u8>> {
+    let mut out = Vec::new();
+    let mut encoder = ::png::Encoder::new(&mut out, pixels.width(), pixels.height());
+    encoder.set_color(::png::ColorType::Rgb);
+    encoder.set_depth(::png::BitDepth::Eight);
+    encoder.add_text_chunk("Software".to_owned(), MARK.to_owned()).map_err(|e| failed(&e))?;
+    // The page is opaque: premultiplied colours are the colours.
+    let rgb: Vec<u8> = pixels.pixels().iter().flat_map(|p| [p.red(), p.green(), p.blue()]).collect();
+    let mut writer = encoder.write_header().map_err(|e| failed(&e))?;
+    writer.write_image_data(&rgb).and_then(|()| writer.finish()).map_err(|e| failed(&e))?;
+    Ok(out)
+}

@@ -1,0 +1,65 @@
+//! What a reader of a file sees of a pattern.
+
+use glam::{DVec2, DVec3};
+use serde_json::Value;
+
+/// What a file shows, mm, y up.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ReadPattern {
+    /// Facets.
+    pub facets: Vec<ReadFacet>,
+    /// Fold lines between facets.
+    pub folds: Vec<ReadFold>,
+    /// Polygons of tabs with their page.
+    pub tabs: Vec<(usize, Vec<DVec2>)>,
+    /// Lines to cut with their page, closed.
+    pub outlines: Vec<(usize, Vec<DVec2>)>,
+    /// Page sizes; none where the file has no pages.
+    pub pages: Vec<DVec2>,
+    /// The lowest and highest point of anything drawn on each page, with half the width of its line.
+    pub extents: Vec<[DVec2; 2]>,
+    /// Numbers at edges that are glued: edge and facet of the design, and what stands there.
+    pub numbers: Vec<(u32, u32, String)>,
+    /// The recipe.
+    pub recipe: Value,
+    /// The folded form that the file shows, for each facet its corners, if it does.
+    pub folded: Option<Vec<Vec<DVec3>>>,
+    /// Strips of a weave by name, with their corners; the first two are along the lower side.
+    pub strips: Vec<(String, Vec<DVec2>)>,
+    /// Crossings: the strip, whether it lies over, the polygon; in order along the strip.
+    pub crossings: Vec<(String, bool, Vec<DVec2>)>,
+    /// Facets whose polygon a clockwise or degenerate one is, by number.
+    pub turned: usize,
+}
+
+/// A facet in a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReadFacet {
+    /// The page.
+    pub page: usize,
+    /// The piece's number, and which of its copies it is.
+    pub piece: [u32; 2],
+    /// The facet of the design.
+    pub facet: u32,
+    /// Its corners, counter-clockwise.
+    pub polygon: Vec<DVec2>,
+}
+
+/// A fold line in a file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReadFold {
+    /// The page.
+    pub page: usize,
+    /// Its ends.
+    pub ends: [DVec2; 2],
+    /// Its angle, radians, valley positive.
+    pub angle: f64,
+}
+
+/// Signed area of a polygon, positive for counter-clockwise.
+pub(super) fn signed_area(p: &[DVec2]) -> f64 {
+    (0..p.len()).map(|k| p[k].perp_dot(p[(k + 1) % p.len()])).sum::<f64>() / 2.0
+}
+
+/// Corners of two facets of one piece closer than this are one point, mm.
+pub(super) const SAME: f64 = 2e-6;
