@@ -120,7 +120,7 @@ pub fn render(scene: &Scene, quality: &Quality, control: &Control<'_>) -> Result
 fn render_in_bands(scene: &Scene, quality: &Quality, control: &Control<'_>, most_lamps: u64) -> Result<Rendered> {
     let unsupported = |what: &str, remedy: &str| Error::Unsupported { what: what.to_owned(), remedy: remedy.to_owned() };
     if quality.budget.is_some() {
-        return Err(unsupported("a budget of time for a picture", "set the time by --tolerance"));
+        return Err(unsupported("a budget of time for a picture", "set the time by `tolerance`"));
     }
     if quality.plan.is_some() {
         return Err(unsupported("a plan for a picture", "the same scene, seed and options repeat its bits without one"));

@@ -1,0 +1,176 @@
+//! `biscale bake`: the effective BRDF as a whole table.
+
+use crate::common::flags::Flags;
+use crate::common::options::{CommonArgs, QualityArgs};
+use crate::common::output::{self, Target};
+use crate::common::progress;
+use biscale::error::{BadInput, Error, Result};
+use biscale::material::Material;
+use biscale::table::is_effective_brdf;
+use biscale::table::{BakeRecipe, MIN_RINGS, bake};
+use biscale::table::{EffectiveTable, TableError, max_rings};
+use biscale::toml_reader::Source;
+use clap::Args;
+use serde::Serialize;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Arguments of `biscale bake`.
+#[derive(Args, Debug)]
+pub struct BakeArgs {
+    /// Material file
+    pub(crate) material: PathBuf,
+    /// File to write: `.exr`, see docs/table-format.md
+    #[arg(long, short, value_name = "OUT.exr")]
+    output: PathBuf,
+    /// Rings of directions; without it as many as the tolerance needs. N rings are 1 + 3 N (N + 1) directions
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(RINGS), allow_negative_numbers = true)]
+    resolution: Option<u16>,
+    /// Replace an output that exists and was not made by this command
+    #[arg(long)]
+    force: bool,
+    #[command(flatten)]
+    quality: QualityArgs,
+}
+
+/// Rings that can be asked for; of a surface that is not reciprocal fewer fit, and the library says so.
+#[expect(clippy::cast_possible_wrap, reason = "a few dozen")]
+const RINGS: std::ops::RangeInclusive<i64> = MIN_RINGS as i64..=max_rings(true) as i64;
+
+/// Formats that formats.md promises for later.
+const LATER: [(&str, &str); 3] = [("bsdf", "RGL"), ("binary", "MERL"), ("xml", "Klems")];
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input, those of the filter, and i/o; nothing is written then.
+pub fn run(args: &BakeArgs, common: &CommonArgs) -> Result<()> {
+    let quality = args.quality.quality()?;
+    check_ending(&args.output)?;
+    let target = Target::new(&args.output, args.force, &[&args.material], is_effective_brdf)?;
+    let start = Instant::now();
+    let source = Source::read(&args.material)?;
+    let material = Material::parse(&source)?;
+    let surface = material.build()?;
+    let loaded = Instant::now();
+    let recipe = BakeRecipe { name: &material.name, material: &source.text, quality, rings: args.resolution.map(usize::from) };
+    let table = progress::with_control(common, |control| bake(&surface, &recipe, control))?;
+    let baked = Instant::now();
+    target.write_file(|file| table.write(std::io::BufWriter::new(file)))?;
+    let milliseconds = Milliseconds {
+        load: (loaded - start).as_secs_f64() * 1e3,
+        bake: (baked - loaded).as_secs_f64() * 1e3,
+        write: baked.elapsed().as_secs_f64() * 1e3,
+    };
+    let summary = Summary::new(&table, milliseconds, args.quality.notes(), &common.flags);
+    if common.json {
+        return output::print_json(&Object { output: &args.output, summary });
+    }
+    output::tell(common, &summary.to_string());
+    Ok(())
+}
+
+/// The ending says the format.
+fn check_ending(path: &Path) -> Result<()> {
+    let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    if ending == "exr" {
+        return Ok(());
+    }
+    if let Some((_, format)) = LATER.iter().find(|(known, _)| *known == ending) {
+        return Err(Error::Unsupported {
+            what: format!("writing the {format} format (.{ending})"),
+            remedy: "name a file that ends in .exr".into(),
+        });
+    }
+    let problem = if ending.is_empty() {
+        "the name has no ending, which says the format".into()
+    } else {
+        format!("the ending .{ending} is not known")
+    };
+    Err(BadInput::new(problem, "name a file that ends in .exr").in_file(path).at_field("output").into())
+}
+
+/// The output of `--json`.
+#[derive(Serialize)]
+struct Object<'a> {
+    output: &'a Path,
+    summary: Summary<'a>,
+}
+
+#[derive(Clone, Copy, Debug, Serialize)]
+struct Milliseconds {
+    load: f64,
+    bake: f64,
+    write: f64,
+}
+
+/// What was made. Shown as a few lines of text, or serialised.
+#[derive(Debug, Serialize)]
+struct Summary<'a> {
+    material: &'a str,
+    method: &'a str,
+    /// What `--plan` takes to repeat the bits.
+    plan: &'a str,
+    seed: u64,
+    rings: usize,
+    directions: usize,
+    /// Values in the table.
+    pairs: usize,
+    reciprocal: bool,
+    /// Rings of the guide, 0 without one.
+    guide_rings: usize,
+    facets: usize,
+    error: TableError,
+    tolerance: f64,
+    milliseconds: Milliseconds,
+    notes: Vec<String>,
+}
+
+impl<'a> Summary<'a> {
+    fn new(table: &'a EffectiveTable, milliseconds: Milliseconds, notes: Vec<String>, flags: &Flags) -> Self {
+        let about = &table.about;
+        Self {
+            material: &about.name,
+            method: &about.method,
+            plan: &about.plan,
+            seed: about.seed,
+            rings: table.grid().rings(),
+            directions: table.grid().nodes().len(),
+            pairs: table.values(),
+            reciprocal: table.is_reciprocal(),
+            guide_rings: table.guide().map_or(0, |g| g.rings),
+            facets: about.facets,
+            error: about.error,
+            tolerance: about.tolerance,
+            milliseconds,
+            notes: flags.in_texts(about.notes.iter().cloned().chain(notes).collect()),
+        }
+    }
+}
+
+impl fmt::Display for Summary<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let guide = if self.guide_rings > 0 { format!(", guided by {} rings of half vectors", self.guide_rings) } else { String::new() };
+        writeln!(f, "{}: {} rings of directions ({}), {} values{guide}", self.material, self.rings, self.directions, self.pairs)?;
+        writeln!(f, "method {}, {} facets", self.method, self.facets)?;
+        let Milliseconds { load, bake, write } = self.milliseconds;
+        writeln!(f, "milliseconds: load {load:.1}, bake {bake:.1}, write {write:.1}")?;
+        let percent = |e: f64| format!("{:.3} %", e * 100.0);
+        let TableError { relative_rms, facets, interpolation, probes } = self.error;
+        write!(
+            f,
+            "estimated relative RMS error between the nodes: {} (facets {}, interpolation {} at {probes} pairs)",
+            percent(relative_rms),
+            percent(facets),
+            percent(interpolation)
+        )?;
+        if !self.plan.is_empty() {
+            write!(f, "\nplan: {} (seed {})", self.plan, self.seed)?;
+        }
+        for note in &self.notes {
+            write!(f, "\nnote: {note}")?;
+        }
+        Ok(())
+    }
+}

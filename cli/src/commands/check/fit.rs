@@ -1,0 +1,53 @@
+//! What `biscale check` says of a fit file.
+
+use crate::common::interrupt;
+use biscale::error::Result;
+use biscale::filter::Control;
+use biscale_fit::fit_file::spec::Spec;
+use biscale_fit::run::{Survey, survey};
+use serde::Serialize;
+use std::fmt;
+
+/// What a good fit file means.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    kind: &'static str,
+    name: String,
+    #[serde(flatten)]
+    survey: Survey,
+}
+
+impl Report {
+    /// Looks at the photographs, and at the close-up's period and colours.
+    pub fn of(spec: &Spec) -> Result<Self> {
+        let control = Control { cancel: interrupt::flag(), progress: &|_, _| {}, clock: &|| 0.0 };
+        Ok(Self { kind: "fit", name: spec.name.clone(), survey: survey(spec, &control)? })
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "  name      {}", self.name)?;
+        for (file, pixels, cells) in &self.survey.distant {
+            writeln!(f, "  distant   {file}: {pixels} pixels can be used, in {cells} cells of directions")?;
+        }
+        if let Some(found) = &self.survey.close_up {
+            for (axis, period) in ["x", "y"].iter().zip(&found.period) {
+                match period {
+                    Some(p) => writeln!(f, "  close-up  period {:.5} +/- {:.5} along {axis}", p.length, p.sigma)?,
+                    None => writeln!(f, "  close-up  no period along {axis}")?,
+                }
+            }
+            for (k, kind) in found.kinds.iter().enumerate() {
+                let [r, g, b] = kind.colour;
+                writeln!(f, "  close-up  kind {}: cover {:.1} %, mean radiance [{r:.4}, {g:.4}, {b:.4}]", k + 1, 100.0 * kind.cover)?;
+            }
+        }
+        writeln!(f, "  moves     {}", self.survey.variables.join(", "))?;
+        writeln!(f, "  solves    {}", self.survey.unknowns.join(", "))?;
+        for note in &self.survey.notes {
+            writeln!(f, "  note      {note}")?;
+        }
+        Ok(())
+    }
+}

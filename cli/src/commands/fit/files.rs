@@ -1,0 +1,166 @@
+//! What `biscale fit` writes beside its report: `fit.json`, and every evaluation as CSV, which `--resume` reads again.
+
+use super::trade;
+use biscale::error::{BadInput, Error, Result};
+use biscale_fit::fit_file::spec::Spec;
+use biscale_fit::run::{Options, Outcome};
+use biscale_fit::search::{Entry, Memory, Stage};
+use biscale_fit::uncertainty::identify::Known;
+use serde_json::{Value, json};
+use std::io::{self, Write};
+use std::path::Path;
+
+/// Name of the trace.
+pub const EVALUATIONS: &str = "evaluations.csv";
+/// How an output is recognised as made by this command.
+pub const MADE: &str = "made by biscale fit";
+/// First line of a fitted material.
+pub const MATERIAL_MARK: &str = "# made by biscale fit";
+
+/// The first line of a trace: it names the question, so that the evaluations of another one are not taken for those of this one.
+pub fn mark(spec: &Spec, options: &Options) -> String {
+    // FNV-1a, 64 bits: the same on every machine.
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    let mut add = |bytes: &[u8]| {
+        for &byte in bytes {
+            hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+    };
+    add(env!("CARGO_PKG_VERSION").as_bytes());
+    add(spec.source.text.as_bytes());
+    add(spec.text.text().as_bytes());
+    for photograph in &spec.photographs {
+        for value in photograph.image.rgb.iter().flatten() {
+            add(&value.to_bits().to_le_bytes());
+        }
+    }
+    add(format!("{:?}", Options { time_limit: None, ..options.clone() }).as_bytes());
+    format!("# {MADE}, question {hash:016x}; places of the points between their bounds, 0 to 1")
+}
+
+/// Writes the trace.
+pub fn write_trace(out: &mut dyn Write, outcome: &Outcome, mark: &str) -> io::Result<()> {
+    writeln!(out, "{mark}")?;
+    let names: Vec<String> = outcome.coordinates.iter().map(|n| format!("\"{}\"", n.replace('"', "\"\""))).collect();
+    writeln!(out, "stage,start,evaluation,objective{}{}", if names.is_empty() { "" } else { "," }, names.join(","))?;
+    for entry in &outcome.trace {
+        write!(out, "{},{},{},{}", entry.stage.name(), entry.start, entry.evaluation, entry.objective)?;
+        for u in &entry.point {
+            write!(out, ",{u}")?;
+        }
+        writeln!(out)?;
+    }
+    Ok(())
+}
+
+/// Reads the trace of an earlier run; one that ended before it wrote any has none.
+pub fn read_trace(path: &Path, mark: &str) -> Result<Memory> {
+    let text = match std::fs::read_to_string(path) {
+        Ok(text) => text,
+        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(Memory::default()),
+        Err(e) => return Err(Error::reading(path, e)),
+    };
+    let mut lines = text.lines().enumerate();
+    if lines.next().is_none_or(|(_, first)| first != mark) {
+        let problem = "these are evaluations of another fit file, material, photographs or options";
+        return Err(BadInput::new(problem, "leave --resume out, or name another folder").in_file(path).at_line(1).into());
+    }
+    let entry = |line: &str| -> Option<Entry> {
+        let mut words = line.split(',');
+        let stage = words.next()?;
+        let stage = [Stage::Explore, Stage::Refine, Stage::Polish].into_iter().find(|s| s.name() == stage)?;
+        let (start, evaluation) = (words.next()?.parse().ok()?, words.next()?.parse().ok()?);
+        let objective = words.next()?.parse().ok()?;
+        Some(Entry { stage, start, evaluation, objective, point: words.map(str::parse).collect::<Result<_, _>>().ok()? })
+    };
+    let entries: Result<Vec<Entry>> = lines
+        .skip(1)
+        .map(|(k, line)| {
+            let bad = || BadInput::new("this line is no evaluation", "leave --resume out").in_file(path).at_line(k + 1);
+            entry(line).ok_or_else(|| bad().into())
+        })
+        .collect();
+    Ok(Memory::new(entries?))
+}
+
+/// One unknown in a line: `geometry.depth = 0.51 +/- 0.02 (4 %)`.
+pub fn line(known: &Known) -> String {
+    let share = if known.value == 0.0 { String::new() } else { format!(" ({:.1} %)", 100.0 * (known.sigma / known.value).abs()) };
+    let mut text = format!("{} = {} +/- {}{share}", known.name, digits(known.value), digits(known.sigma));
+    for flag in flags(known) {
+        text.push_str(", ");
+        text.push_str(flag);
+    }
+    text
+}
+
+/// What is to be said of an unknown.
+pub fn flags(known: &Known) -> Vec<&'static str> {
+    let all = [
+        (known.not_identified, "not identified"),
+        (known.weak && !known.not_identified, "weak"),
+        (known.at_bound && known.kind != "veil", "at a bound"),
+        (known.from_close_up, "from the close-up"),
+    ];
+    all.into_iter().filter(|(set, _)| *set).map(|(_, word)| word).collect()
+}
+
+/// A number with four significant digits.
+pub fn digits(x: f64) -> String {
+    format!("{x:.3e}").parse::<f64>().map_or_else(|_| x.to_string(), |v| v.to_string())
+}
+
+/// Everything that was found, as JSON. Nothing in it depends on the clock.
+pub fn summary(spec: &Spec, options: &Options, outcome: &Outcome, compared: &[trade::Line]) -> Value {
+    let verdict = match (outcome.failures.is_empty(), outcome.validations.is_empty()) {
+        (false, _) => "fail",
+        (true, true) => "not validated",
+        (true, false) => "pass",
+    };
+    json!({
+        "creator": format!("{MADE} {}", env!("CARGO_PKG_VERSION")),
+        "format": 1,
+        "name": spec.name,
+        "verdict": verdict,
+        "failures": outcome.failures,
+        "training": {
+            "relative_rms": outcome.training,
+            "objective": finite(outcome.objective),
+            "chi2": finite(outcome.identified.chi2),
+            "residuals": outcome.identified.residuals,
+            "photographs": outcome.compared.iter().zip(&outcome.cells).map(|(c, cells)| json!({
+                "photograph": c.photograph.file.file_name().unwrap_or_default().to_string_lossy(),
+                "relative_rms": c.relative_rms,
+                "pixel_relative_rms": c.pixel_relative_rms,
+                "delta_e_itp": c.delta_e_itp,
+                "pixels": cells.pixels,
+                "cells": cells.cells.len(),
+                "cell_deg": cells.step.to_degrees(),
+            })).collect::<Vec<_>>(),
+        },
+        "unknowns": outcome.identified.known,
+        "correlations": outcome.identified.correlations,
+        "condition": finite(outcome.identified.condition),
+        "profiles": outcome.profiles,
+        "close_up": outcome.close_up,
+        "validation": outcome.validations.iter().map(|(v, _)| v).collect::<Vec<_>>(),
+        "several_solutions": outcome.several.iter().map(|s| s.iter().map(|(n, v)| (n.clone(), json!(v))).collect::<serde_json::Map<_, _>>()).collect::<Vec<_>>(),
+        "search": {
+            "optimizer": options.optimiser.name(),
+            "colours": if options.joint { "joint" } else { "projected" },
+            "seed": options.seed,
+            "evaluations": outcome.trace.len(),
+            "ended_early": outcome.ended_early,
+            "starts": outcome.starts.iter().map(|s| json!({
+                "number": s.number, "objective": finite(s.objective), "evaluations": s.evaluations, "converged": s.converged, "restarts": s.restarts,
+            })).collect::<Vec<_>>(),
+        },
+        "compared_optimizers": compared,
+        "notes": outcome.notes,
+    })
+}
+
+/// JSON has no infinity.
+fn finite(x: f64) -> Option<f64> {
+    x.is_finite().then_some(x)
+}

@@ -1,0 +1,255 @@
+//! `biscale fit`: photographs to a material, and how far to trust it.
+
+mod files;
+mod pictures;
+mod report;
+mod trade;
+
+use crate::common::cost;
+use crate::common::exit;
+use crate::common::interrupt;
+use crate::common::options::{self, CommonArgs};
+use crate::common::output::{self, MadeFolder, Target};
+use crate::common::progress;
+use biscale::error::{Error, Result};
+use biscale::filter::Control;
+use biscale_fit::fit_file::spec::Spec;
+use biscale_fit::run::{Better, Early, Options, Outcome};
+use biscale_fit::search::Memory;
+use biscale_fit::search::optimise::Optimiser;
+use clap::{Args, ValueEnum};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+/// Time between two pictures of the best guess so far.
+const BETWEEN_PICTURES: Duration = Duration::from_secs(2);
+/// Seconds that an interrupted fit has for its report.
+const PATIENCE: u64 = 60;
+
+/// Arguments of `biscale fit`.
+#[derive(Args, Debug)]
+#[command(
+    after_help = "Writes into FOLDER: material.toml, fit.json, report.html, pictures.png and evaluations.csv. Exit status 1 when the fit \
+                        fails its own checks; the files are written all the same. Ctrl-C ends the search with the best so far."
+)]
+pub struct FitArgs {
+    /// Fit file; `biscale new fit` writes one
+    pub(crate) fit: PathBuf,
+    /// Folder for the material and the report, made if it is not there
+    #[arg(long, short, value_name = "FOLDER")]
+    output: PathBuf,
+    /// What looks for the best parameters
+    #[arg(long, value_enum, default_value_t = OptimiserArg::NelderMead)]
+    optimizer: OptimiserArg,
+    /// Run all optimisers, and Nelder-Mead at several tolerances, and write how they compare; the material is that of --optimizer
+    #[arg(long)]
+    compare_optimizers: bool,
+    /// Whether colours are solved for at every step, or move with everything else
+    #[arg(long, value_enum, default_value_t = Colours::Projected)]
+    colours: Colours,
+    /// Starts of the search, spread over the bounds; the first one is where the fit file says
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=256), allow_negative_numbers = true)]
+    starts: u16,
+    /// Wall time after which the search ends with the best so far, such as 30s or 2m
+    #[arg(long, value_name = "TIME", value_parser = options::time, allow_hyphen_values = true)]
+    time_limit: Option<Duration>,
+    /// Go on where an earlier run into the same folder ended, by its evaluations.csv
+    #[arg(long)]
+    resume: bool,
+    /// Seed of everything random
+    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true)]
+    seed: u64,
+    /// Replace files that exist and were not made by this command
+    #[arg(long)]
+    force: bool,
+}
+
+/// `--optimizer`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum OptimiserArg {
+    /// Nelder and Mead 1965, with bounds and the coefficients of Gao and Han 2012, ended by steps of lm
+    NelderMead,
+    /// Covariance matrix adaptation, with bounds
+    Cmaes,
+    /// Quadratic models without derivatives (Powell 2009)
+    Bobyqa,
+    /// Levenberg and Marquardt, by derivatives of the residuals
+    Lm,
+}
+
+/// `--colours`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Colours {
+    /// By least squares at every step
+    Projected,
+    /// By the search, with everything else
+    Joint,
+}
+
+impl OptimiserArg {
+    fn optimiser(self) -> Optimiser {
+        match self {
+            Self::NelderMead => Optimiser::NelderMead,
+            Self::Cmaes => Optimiser::Cmaes,
+            Self::Bobyqa => Optimiser::Bobyqa,
+            Self::Lm => Optimiser::Lm,
+        }
+    }
+}
+
+/// The files of an output folder.
+struct Folder {
+    material: Target,
+    json: Target,
+    report: Target,
+    evaluations: Target,
+    folder: MadeFolder,
+}
+
+impl Folder {
+    fn new(args: &FitArgs, inputs: &[&Path]) -> Result<Self> {
+        let folder = MadeFolder::create(&args.output)?;
+        let target = |name: &str| Target::new(&folder.path().join(name), args.force, inputs, |file| output::has_mark(file, files::MADE));
+        // Written again and again, and looked at anew each time.
+        target(PICTURES)?;
+        Ok(Self {
+            material: target("material.toml")?,
+            json: target("fit.json")?,
+            report: target("report.html")?,
+            evaluations: target(files::EVALUATIONS)?,
+            folder,
+        })
+    }
+}
+
+/// Name of the pictures.
+const PICTURES: &str = "pictures.png";
+
+impl Folder {
+    fn write_pictures(&self, png: &[u8]) -> Result<()> {
+        // What was there before was looked at when the folder was.
+        Target::new(&self.folder.path().join(PICTURES), true, &[], |_| true)?.write(|out| out.write_all(png))
+    }
+}
+
+/// Runs the command. Returns the exit status: 1 when the fit fails its own checks, that of an interrupt after one.
+///
+/// # Errors
+/// Bad input, those of the fit, and i/o.
+pub fn run(args: &FitArgs, common: &CommonArgs) -> Result<u8> {
+    let spec = Spec::load(&args.fit)?;
+    let options = Options {
+        optimiser: args.optimizer.optimiser(),
+        starts: usize::from(args.starts),
+        joint: args.colours == Colours::Joint,
+        seed: args.seed,
+        time_limit: args.time_limit.map(|t| t.as_secs_f64()),
+        ..Options::default()
+    };
+    let mark = files::mark(&spec, &options);
+    let inputs: Vec<&Path> = [&*args.fit, &*spec.material_file].into_iter().chain(spec.photographs.iter().map(|p| &*p.file)).collect();
+    let folder = Folder::new(args, &inputs)?;
+    let memory = if args.resume { files::read_trace(&folder.folder.path().join(files::EVALUATIONS), &mark)? } else { Memory::default() };
+    interrupt::be_patient(PATIENCE);
+    let began = Instant::now();
+    let (outcome, compared) = progress::with_control(common, |control| {
+        let shown = Mutex::new(Instant::now());
+        let better = |better: &Better<'_>| show(better, &shown, &folder, control);
+        let outcome = biscale_fit::run::fit(&spec, &options, &memory, &better, control)?;
+        let compared = if args.compare_optimizers { trade::compare(&spec, &options, control)? } else { Vec::new() };
+        Ok((outcome, compared))
+    })?;
+    let seconds = began.elapsed().as_secs_f64();
+    write(&folder, &spec, &options, &outcome, &compared, &mark)?;
+    if common.json {
+        let times: serde_json::Map<String, serde_json::Value> = outcome.seconds.iter().map(|(n, s)| ((*n).to_owned(), json!(s))).collect();
+        output::print_json(&json!({
+            "outputs": args.output, "seconds": seconds, "cpu_seconds": cost::cpu_seconds(), "parts": times, "fit": files::summary(&spec, &options, &outcome, &compared),
+        }))?;
+    } else {
+        tell(common, args, &outcome, &compared, seconds);
+    }
+    Ok(match outcome.ended_early {
+        Some(Early::Interrupted) => interrupt::STATUS,
+        _ if outcome.failures.is_empty() => 0,
+        _ => exit::FAILED,
+    })
+}
+
+/// Writes the best guess so far beside its photograph, if the last one is old enough.
+fn show(better: &Better<'_>, shown: &Mutex<Instant>, folder: &Folder, control: &Control<'_>) {
+    let Ok(mut last) = shown.try_lock() else { return };
+    if last.elapsed() < BETWEEN_PICTURES {
+        return;
+    }
+    let Ok(Some(rgb)) = better.picture(0, control) else { return };
+    if let Ok(png) = pictures::panels(&[(better.photographs[0], &rgb)]) {
+        // A picture that cannot be written must not stop the work; the last one, with the report, must.
+        let _ = folder.write_pictures(&png);
+    }
+    *last = Instant::now();
+}
+
+fn write(folder: &Folder, spec: &Spec, options: &Options, outcome: &Outcome, compared: &[trade::Line], mark: &str) -> Result<()> {
+    let mut text = outcome.text.clone();
+    text.rebase(spec.material_file.parent().unwrap_or(Path::new("")));
+    text.set_name(&spec.name);
+    let material = format!("{}\n{}", files::MATERIAL_MARK, text.text());
+    let json = serde_json::to_vec_pretty(&files::summary(spec, options, outcome, compared))
+        .map_err(|e| Error::Numeric(format!("cannot write the result as JSON: {e}; please report this")))?;
+    let png = pictures::panels(&pictures::of(outcome))?;
+    let html = report::html(spec, options, outcome, compared)?;
+    folder.evaluations.write(|out| files::write_trace(out, outcome, mark))?;
+    folder.material.write(|out| out.write_all(material.as_bytes()))?;
+    folder.json.write(|out| out.write_all(&json))?;
+    folder.write_pictures(&png)?;
+    folder.report.write(|out| out.write_all(html.as_bytes()))
+}
+
+fn tell(common: &CommonArgs, args: &FitArgs, outcome: &Outcome, compared: &[trade::Line], seconds: f64) {
+    let verdict = if outcome.failures.is_empty() { "PASS" } else { "FAIL" };
+    let verdict = if outcome.failures.is_empty() && outcome.validations.is_empty() { "not validated" } else { verdict };
+    let evaluations = outcome.trace.len();
+    let winner = outcome.starts.first();
+    output::tell(
+        common,
+        &format!(
+            "{verdict}: training error {:.2} %, {evaluations} evaluations ({} of the winning start), {seconds:.1} s",
+            100.0 * outcome.training,
+            winner.map_or(0, |s| s.evaluations)
+        ),
+    );
+    for known in &outcome.identified.known {
+        output::tell(common, &format!("  {}", files::line(known)));
+    }
+    for (validation, _) in &outcome.validations {
+        output::tell(
+            common,
+            &format!(
+                "validation {}: {:?}, error {:.2} % ({:.2} times training), Delta E ITP {:.2}, light {:.0} degrees away",
+                validation.photograph,
+                validation.verdict,
+                100.0 * validation.relative_rms,
+                validation.ratio,
+                validation.delta_e_itp,
+                validation.angle_deg
+            ),
+        );
+    }
+    for line in compared {
+        output::tell(common, &line.to_string());
+    }
+    for failure in &outcome.failures {
+        output::tell(common, &format!("failure: {}", common.flags.in_text(failure)));
+    }
+    for note in &outcome.notes {
+        output::tell(common, &format!("note: {}", common.flags.in_text(note)));
+    }
+    if let Some(early) = outcome.ended_early {
+        let why = if early == Early::Interrupted { "it was interrupted" } else { "the time limit was reached" };
+        output::tell(common, &format!("note: the search ended early, {why}; --resume goes on"));
+    }
+    output::tell(common, &format!("wrote {}", args.output.display()));
+}

@@ -1,0 +1,79 @@
+//! Photographs beside the fitted material and their difference, as PNG.
+
+use crate::common::output;
+use biscale::error::Result;
+use biscale::render::compare::colour_code;
+use biscale::render::picture::linear_to_srgb;
+use biscale_fit::photograph::image::Photograph;
+use biscale_fit::run::Outcome;
+
+/// Pixels between two panels.
+const GAP: usize = 4;
+/// What is white in the panels: this share of all values lies below.
+const WHITE: f64 = 0.995;
+/// The factor of differences.
+pub const FACTOR: f64 = 3.0;
+/// Small photographs are shown with their pixels this wide, about.
+const LEAST_WIDTH: usize = 240;
+
+/// Photographs and pictures of an outcome, in the order of the report.
+pub fn of(outcome: &Outcome) -> Vec<(&Photograph, &[[f32; 3]])> {
+    let all = outcome.compared.iter().chain(outcome.validations.iter().map(|(_, c)| c));
+    all.map(|c| (&c.photograph, &c.picture.rgb[..])).collect()
+}
+
+/// One row a photograph: photograph, picture, difference. All with the same exposure.
+pub fn panels(rows: &[(&Photograph, &[[f32; 3]])]) -> Result<Vec<u8>> {
+    let mut values: Vec<f32> = rows.iter().flat_map(|(p, _)| p.image.rgb.iter().flatten().copied().filter(|v| v.is_finite())).collect();
+    values.sort_by(f32::total_cmp);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place in a list")]
+    let white = values.get((WHITE * values.len().saturating_sub(1) as f64) as usize).map_or(1.0, |v| f64::from(*v).max(1e-12));
+    let zoom = |p: &Photograph| LEAST_WIDTH.div_ceil(p.image.width as usize).clamp(1, 8);
+    let width = rows.iter().map(|(p, _)| 3 * zoom(p) * p.image.width as usize + 2 * GAP).max().unwrap_or(1);
+    let height = rows.iter().map(|(p, _)| zoom(p) * p.image.height as usize + GAP).sum::<usize>().saturating_sub(GAP).max(1);
+    let mut pixels = vec![255_u8; 3 * width * height];
+    let mut top = 0;
+    for (photograph, rgb) in rows {
+        let (w, h, zoom) = (photograph.image.width as usize, photograph.image.height as usize, zoom(photograph));
+        for y in 0..h {
+            for x in 0..w {
+                let (a, b) = (photograph.image.rgb[y * w + x], rgb[y * w + x]);
+                for (panel, colour) in [shown(a, white), shown(b, white), apart(a, b, white)].into_iter().enumerate() {
+                    for dy in 0..zoom {
+                        let left = panel * (zoom * w + GAP) + zoom * x;
+                        let at = 3 * ((top + zoom * y + dy) * width + left);
+                        for dx in 0..zoom {
+                            pixels[at + 3 * dx..at + 3 * dx + 3].copy_from_slice(&colour);
+                        }
+                    }
+                }
+            }
+        }
+        top += zoom * h + GAP;
+    }
+    let side = |s: usize| u32::try_from(s).expect("photographs are limited");
+    let comment = format!("photograph | fitted material | difference times {FACTOR}");
+    output::png::encode([side(width), side(height)], &pixels, false, "made by biscale fit", &comment)
+}
+
+fn byte(share: f64) -> u8 {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 0..=255")]
+    let byte = (share.clamp(0.0, 1.0) * 255.0).round() as u8;
+    byte
+}
+
+/// What is left out is grey.
+const LEFT_OUT: [u8; 3] = [96; 3];
+
+fn shown(rgb: [f32; 3], white: f64) -> [u8; 3] {
+    if rgb[0].is_finite() { rgb.map(|v| byte(linear_to_srgb(f64::from(v) / white))) } else { LEFT_OUT }
+}
+
+fn apart(a: [f32; 3], b: [f32; 3], white: f64) -> [u8; 3] {
+    if !(a[0].is_finite() && b[0].is_finite()) {
+        return LEFT_OUT;
+    }
+    let screen = |v: f32| linear_to_srgb(f64::from(v) / white);
+    let off = (0..3).map(|c| (screen(a[c]) - screen(b[c])).abs()).sum::<f64>() / 3.0;
+    colour_code(FACTOR * off).map(byte)
+}

@@ -1,0 +1,232 @@
+//! `biscale render`: the large-scale appearance, as an image.
+
+use crate::common::filter_summary::Stages;
+use crate::common::options::{CommonArgs, QualityArgs};
+use crate::common::output::{self, Target};
+use crate::common::progress;
+use biscale::error::{BadInput, Result};
+use biscale::filter::Quality;
+use biscale::render::picture::SOFTWARE;
+use biscale::render::scene::Scene;
+use biscale::render::{Rendered, render};
+use biscale::toml_reader::Source;
+use clap::Args;
+use serde::Serialize;
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// What every image of this command says of who made it.
+const MARK: &str = "biscale render ";
+
+/// Arguments of `biscale render`.
+#[derive(Args, Debug)]
+#[command(after_help = "A .png shows radiance times 2^EXPOSURE, clamped to 0..1 and sRGB-encoded: no other tone mapping. \
+                        An .exr holds linear radiance in 32-bit floats.")]
+pub struct RenderArgs {
+    /// Scene file; `biscale new scene` writes an example
+    pub(crate) scene: PathBuf,
+    /// Image to write, .exr or .png; may be given for both
+    #[arg(long, short, value_name = "IMAGE", required = true)]
+    output: Vec<PathBuf>,
+    /// Material file to take in the place of the first object's own
+    #[arg(long, value_name = "MATERIAL")]
+    material: Option<PathBuf>,
+    /// Stops by which the .png is brighter than the radiance
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, value_parser = exposure, allow_negative_numbers = true)]
+    exposure: f64,
+    /// Write the share of each pixel that objects cover as a channel of its own
+    #[arg(long)]
+    alpha: bool,
+    /// Replace an output that exists and was not made by this command
+    #[arg(long)]
+    force: bool,
+    #[command(flatten)]
+    quality: QualityArgs,
+}
+
+/// Reads `--exposure`.
+pub fn exposure(text: &str) -> Result<f64, String> {
+    text.trim().parse().ok().filter(|v| (-64.0..=64.0).contains(v)).ok_or_else(|| "write stops from -64 to 64, such as 1.5".to_owned())
+}
+
+/// A format of the output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Format {
+    Exr,
+    Png,
+}
+
+impl Format {
+    /// The ending says the format.
+    fn of(path: &Path) -> Result<Self> {
+        let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+        match &*ending {
+            "exr" => Ok(Self::Exr),
+            "png" => Ok(Self::Png),
+            _ => {
+                let problem = if ending.is_empty() {
+                    "the name has no ending, which says the format".into()
+                } else {
+                    format!("the ending .{ending} is not known")
+                };
+                Err(BadInput::new(problem, "name a file that ends in .exr or .png").in_file(path).at_field("output").into())
+            }
+        }
+    }
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input, those of the filter, and i/o; nothing is written before the picture is made.
+pub fn run(args: &RenderArgs, common: &CommonArgs) -> Result<()> {
+    let quality = args.quality.quality()?;
+    let formats = args.output.iter().map(|path| Format::of(path)).collect::<Result<Vec<_>>>()?;
+    let target = |path: &PathBuf| Target::new(path, args.force, &[&args.scene], |file| output::has_mark(file, MARK));
+    let targets = args.output.iter().map(target).collect::<Result<Vec<_>>>()?;
+    let start = Instant::now();
+    let scene = Scene::parse_with(&Source::read(&args.scene)?, args.material.as_deref())?;
+    let loaded = start.elapsed().as_secs_f64() * 1e3;
+    let rendered = progress::with_control(common, |control| render(&scene, &quality, control))?;
+    let notes = common.flags.in_texts(rendered.notes.iter().cloned().chain(args.quality.notes()).collect());
+    let summary = Summary::new(&scene, &rendered, &quality, loaded, notes);
+    let comment = format!("{}: {}", scene.name, summary.how());
+    for (target, format) in targets.iter().zip(formats) {
+        match format {
+            Format::Exr => {
+                target.write_file(|file| rendered.picture.write_exr(io::BufWriter::new(file), args.alpha, &comment))?;
+            }
+            Format::Png => {
+                let pixels = rendered.picture.to_srgb(args.exposure, args.alpha);
+                let size = [scene.camera.width, scene.camera.height];
+                let png = output::png::encode(size, &pixels, args.alpha, SOFTWARE, &comment)?;
+                target.write(|out| out.write_all(&png))?;
+            }
+        }
+    }
+    if common.json {
+        return output::print_json(&Object { outputs: &args.output, summary });
+    }
+    output::tell(common, &summary.to_string());
+    Ok(())
+}
+
+/// The output of `--json`.
+#[derive(Serialize)]
+struct Object<'a> {
+    outputs: &'a [PathBuf],
+    summary: Summary<'a>,
+}
+
+/// What was rendered. Shown as a few lines of text, or serialised.
+#[derive(Debug, Serialize)]
+struct Summary<'a> {
+    scene: &'a str,
+    width: u32,
+    height: u32,
+    samples: u32,
+    lights: usize,
+    /// Pairs of a visible point and a light that reaches it.
+    lamps: u64,
+    seed: u64,
+    tolerance: f64,
+    milliseconds: Stages,
+    materials: Vec<Material<'a>>,
+    notes: Vec<String>,
+}
+
+/// How the values of one material were made.
+#[derive(Debug, Serialize)]
+struct Material<'a> {
+    material: &'a str,
+    method: &'static str,
+    plan: &'a str,
+    facets: usize,
+    rings: usize,
+    cells: usize,
+    /// Pairs of directions that were computed, and those of a whole table of the same grid.
+    pairs: usize,
+    full_table_pairs: usize,
+    guided: bool,
+    gaps: bool,
+    relative_rms_error: f64,
+    facets_error: f64,
+    interpolation_error: f64,
+}
+
+impl<'a> Summary<'a> {
+    fn new(scene: &'a Scene, rendered: &'a Rendered, quality: &Quality, loaded: f64, notes: Vec<String>) -> Self {
+        let made = scene.materials.iter().zip(&rendered.materials).filter_map(|(m, made)| Some((m, made.as_ref()?)));
+        let materials = made.map(|(material, made)| Material {
+            material: &material.material.name,
+            method: made.method,
+            plan: &made.plan,
+            facets: made.facets,
+            rings: made.rings,
+            cells: made.cells,
+            pairs: made.pairs,
+            full_table_pairs: made.full_table,
+            guided: made.guided,
+            gaps: made.gaps,
+            relative_rms_error: made.relative_rms(),
+            facets_error: made.error[0],
+            interpolation_error: made.error[1],
+        });
+        let mut stages = vec![("load", loaded)];
+        stages.extend(&rendered.stages);
+        Self {
+            scene: &scene.name,
+            width: scene.camera.width,
+            height: scene.camera.height,
+            samples: scene.camera.samples,
+            lights: rendered.lights,
+            lamps: rendered.lamps,
+            seed: quality.seed,
+            tolerance: quality.tolerance,
+            milliseconds: Stages(stages),
+            materials: materials.collect(),
+            notes,
+        }
+    }
+
+    /// How the values were made, in one line a material.
+    fn how(&self) -> String {
+        let percent = |e: f64| format!("{:.2} %", 100.0 * e);
+        let line = |m: &Material<'_>| {
+            let share = m.full_table_pairs as f64 / m.pairs.max(1) as f64;
+            format!(
+                "{}: {}, {} facets, {} pairs on {} rings ({share:.1} times fewer than a full table{}{}), relative RMS error {} (facets {}, \
+                 interpolation {})",
+                m.material,
+                m.method,
+                m.facets,
+                m.pairs,
+                m.rings,
+                if m.guided { ", guided" } else { "" },
+                if m.gaps { "; rays pass" } else { "" },
+                percent(m.relative_rms_error),
+                percent(m.facets_error),
+                percent(m.interpolation_error),
+            )
+        };
+        let lines: Vec<String> = self.materials.iter().map(line).collect();
+        lines.join("\n")
+    }
+}
+
+impl fmt::Display for Summary<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { scene, width, height, samples, lights, .. } = self;
+        writeln!(f, "{scene}: {width} x {height} pixels of {samples} samples, {lights} lights")?;
+        if !self.materials.is_empty() {
+            writeln!(f, "{}", self.how())?;
+        }
+        write!(f, "{}", self.milliseconds)?;
+        for note in &self.notes {
+            write!(f, "\nnote: {note}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,13 @@
+//! What the commands share.
+
+pub mod cost;
+pub mod exit;
+pub mod file_kind;
+pub mod filter_summary;
+pub mod flags;
+pub mod interrupt;
+pub mod lowrank_cache;
+pub mod options;
+pub mod output;
+pub mod pairs;
+pub mod progress;

@@ -1,0 +1,18 @@
+//! What a command leaves behind: files that are whole or not there, JSON and text on standard output, words on standard error.
+
+mod failure;
+mod made_folder;
+mod mark;
+pub mod png;
+mod streams;
+mod target;
+#[cfg(feature = "capture")]
+mod whole_folder;
+
+pub use failure::{Description, Failure};
+pub use made_folder::MadeFolder;
+pub use mark::{begins_with, has_mark};
+pub use streams::{is_broken_pipe, print, print_json, say, tell};
+pub use target::{Target, remove_unfinished};
+#[cfg(feature = "capture")]
+pub use whole_folder::OutputFolder;
