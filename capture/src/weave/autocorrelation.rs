@@ -3,10 +3,24 @@
 use super::spectrum::Spectrum;
 use glam::{DMat2, DVec2};
 
-/// Most repeats of a vector that are looked at.
-const REACH: i32 = 12;
-/// A peak may lie off where the spectrum expects it by this share of the shortest repeat.
-const SEARCH: f64 = 0.2;
+/// How peaks of the autocorrelation are located. Chosen on drawn cloths (see [`super`]).
+struct AutocorrelationParams {
+    /// Most repeats of a vector that are looked at.
+    reach: i32,
+    /// Distance of a peak from where the spectrum expects it, over the shortest repeat, at most.
+    search: f64,
+    /// Shorter side of the cut over the farthest shift that is looked at: beyond it little of the cut overlaps itself.
+    farthest_part: f64,
+    /// Autocorrelation below which a peak is noise.
+    least: f64,
+    /// Fewest peaks that two vectors are fitted to.
+    fewest: usize,
+    /// Least standard deviation of a peak's place along an axis, in pixels: what a parabola between pixels leaves.
+    least_deviation: f64,
+}
+
+const PARAMS: AutocorrelationParams =
+    AutocorrelationParams { reach: 12, search: 0.2, farthest_part: 3.0, least: 0.05, fewest: 3, least_deviation: 0.02 };
 
 /// The vectors after which a cut repeats, near the vectors `expected` (one or two, in pixels), and the standard error of their components.
 ///
@@ -16,11 +30,11 @@ pub(super) fn repeats(spectrum: &Spectrum, expected: &[DVec2]) -> Option<(Vec<DV
     let (w, h) = (spectrum.width as i64, spectrum.height as i64);
     let at = |x: i64, y: i64| f64::from(values[(y.rem_euclid(h) * w + x.rem_euclid(w)) as usize]);
     let shortest = expected.iter().map(|e| e.length()).fold(f64::INFINITY, f64::min);
-    let radius = ((SEARCH * shortest).ceil() as i64).max(1);
-    let farthest = w.min(h) as f64 / 3.0;
+    let radius = ((PARAMS.search * shortest).ceil() as i64).max(1);
+    let farthest = w.min(h) as f64 / PARAMS.farthest_part;
     let mut used: Vec<([f64; 2], DVec2, f64)> = Vec::new();
-    for m in 0..=REACH {
-        for n in -REACH..=REACH {
+    for m in 0..=PARAMS.reach {
+        for n in -PARAMS.reach..=PARAMS.reach {
             if (m == 0 && n <= 0) || (expected.len() == 1 && n != 0) {
                 continue;
             }
@@ -33,7 +47,7 @@ pub(super) fn repeats(spectrum: &Spectrum, expected: &[DVec2]) -> Option<(Vec<DV
             let around = (-radius..=radius).flat_map(|dy| (-radius..=radius).map(move |dx| (x0 + dx, y0 + dy)));
             let Some((x, y)) = around.max_by(|a, b| at(a.0, a.1).total_cmp(&at(b.0, b.1))) else { continue };
             let here = at(x, y);
-            if here <= 0.05 || (x - x0).abs() == radius || (y - y0).abs() == radius {
+            if here <= PARAMS.least || (x - x0).abs() == radius || (y - y0).abs() == radius {
                 continue;
             }
             let offset = |before: f64, after: f64| {
@@ -56,7 +70,7 @@ pub(super) fn repeats(spectrum: &Spectrum, expected: &[DVec2]) -> Option<(Vec<DV
         vec![mp / mm]
     } else {
         let matrix = DMat2::from_cols(DVec2::new(mm, mn), DVec2::new(mn, nn));
-        if used.len() < 3 || matrix.determinant().abs() < 1e-9 {
+        if used.len() < PARAMS.fewest || matrix.determinant().abs() < 1e-9 {
             return None;
         }
         let inverse = matrix.inverse();
@@ -68,7 +82,7 @@ pub(super) fn repeats(spectrum: &Spectrum, expected: &[DVec2]) -> Option<(Vec<DV
     let weights: f64 = used.iter().map(|u| u.2).sum();
     let squares: f64 = used.iter().map(|&(whole, p, weight)| weight * (value(whole) - p).length_squared()).sum();
     let freedom = (used.len() as f64 - basis.len() as f64).max(1.0);
-    let variance = (squares / weights * used.len() as f64 / freedom / 2.0).max(0.02 * 0.02);
+    let variance = (squares / weights * used.len() as f64 / freedom / 2.0).max(PARAMS.least_deviation * PARAMS.least_deviation);
     let information = mm.min(if expected.len() == 1 { mm } else { nn }) / weights * used.len() as f64;
     Some((basis, (variance / information.max(1e-9)).sqrt()))
 }

@@ -22,10 +22,19 @@ pub(super) struct Field {
     pub valid: Vec<bool>,
 }
 
-/// Share of the cut's shorter side over which the local mean is taken: longer than a repeat, shorter than a light falls off.
-const MEAN_SHARE: f64 = 0.06;
-/// A ratio above this is a highlight or a defect.
-const MAX_RATIO: f32 = 4.0;
+/// How uneven light is taken out. Chosen on drawn cloths (see [`super`]).
+struct FieldParams {
+    /// Half width of the local mean over the cut's shorter side: longer than a repeat, shorter than a light falls off.
+    mean_share: f64,
+    /// The same in pixels, at least.
+    least_radius: usize,
+    /// Ratio to the local mean above which a pixel is a highlight or a defect.
+    most_ratio: f32,
+    /// Local mean of a channel over that of the brightest, at least: a channel that is nearly black everywhere around holds noise.
+    least_channel: f32,
+}
+
+const PARAMS: FieldParams = FieldParams { mean_share: 0.06, least_radius: 2, most_ratio: 4.0, least_channel: 0.02 };
 
 impl Field {
     /// Cuts at most `side` x `side` reduced pixels out of the middle of what the mask leaves, `factor` x `factor` averaged to one;
@@ -64,7 +73,7 @@ impl Field {
             .collect();
         let (rgb, valid): (Vec<Vec<[f32; 3]>>, Vec<Vec<bool>>) = rows.into_iter().unzip();
         let (rgb, valid) = (rgb.concat(), valid.concat());
-        let radius = ((width.min(height) as f64 * MEAN_SHARE) as usize).max(2);
+        let radius = ((width.min(height) as f64 * PARAMS.mean_share) as usize).max(PARAMS.least_radius);
         let ratio = local_ratio(&rgb, &valid, width, height, radius);
         Some(Self { width, height, factor, ratio, rgb, valid })
     }
@@ -105,8 +114,8 @@ fn local_ratio(rgb: &[[f32; 3]], valid: &[bool], width: usize, height: usize, ra
             }
             // A channel that is nearly black everywhere around holds noise: it is measured against a share of the brightest.
             let local = [0, 1, 2].map(|c| means[c][k] / smooth_weight[k]);
-            let floor = 0.02 * local[0].max(local[1]).max(local[2]);
-            [0, 1, 2].map(|c| if local[c].max(floor) > 0.0 { (rgb[k][c] / local[c].max(floor)).min(MAX_RATIO) } else { 1.0 })
+            let floor = PARAMS.least_channel * local[0].max(local[1]).max(local[2]);
+            [0, 1, 2].map(|c| if local[c].max(floor) > 0.0 { (rgb[k][c] / local[c].max(floor)).min(PARAMS.most_ratio) } else { 1.0 })
         })
         .collect()
 }

@@ -2,7 +2,7 @@
 //!
 //! Where two warps and two wefts leave a hole, the line through it along the wefts crosses no weft: along it only warps and holes alternate, whichever
 //! is over elsewhere, and whatever light and shadow do on the threads. At its edge a round thread turns away from light and camera; its brightness grows as the
-//! root of the distance from the edge. Blurred by a normal curve, that is steepest inside of the edge; where the edge itself is, the slope is [`AT_EDGE`] of
+//! root of the distance from the edge. Blurred by a normal curve, that is steepest inside of the edge; where the edge itself is, the slope is 0.842 of
 //! that, however strong the blur. A flat thread's brightness is a step, whose edge is where the slope is steepest; threads lie between the two, most of them
 //! nearer to the round one.
 
@@ -19,16 +19,26 @@ pub(super) struct Gaps {
     pub blur: [f64; 2],
 }
 
-/// A side lies within this many threads of the hole's darkest place.
-const REACH: f64 = 0.4;
-/// Light beside a hole is looked at this far beyond its side, in threads.
-const BESIDE: f64 = 0.1;
-/// The light on the thread must be this many times that in the hole.
-const CONTRAST: f64 = 2.0;
-/// Slope at the edge of a round thread over the steepest one: of a root that begins at 0 and is blurred by a normal curve.
-const AT_EDGE: f64 = 0.842;
-/// Where the edge is taken to be between that of a round (0) and of a flat thread (1): from drawn cloths, whose sections are ellipses and flatter ones.
-const FLAT: f64 = 0.25;
+/// How a hole's sides are located. Lengths are shares of the pitch.
+struct GapParams {
+    /// Distance from the hole's darkest place within which its sides lie. Chosen: holes are up to 0.8 of the pitch wide.
+    reach: f64,
+    /// Distance beyond a side at which the light on the thread is taken. Chosen.
+    beside: f64,
+    /// Light on the thread over that in the hole, at least. Chosen on drawn cloths: at lower contrast shadows are taken for holes (90 % of the widths within
+    /// 28 % then, `docs/weave-analysis.md`).
+    contrast: f64,
+    /// Slope at the edge of a round thread over the steepest slope. Derived: brightness is 0 before the edge and grows as a root behind it; blurred by any
+    /// normal curve, the slope at the edge is 0.842 of the largest.
+    at_edge: f64,
+    /// Where the edge is taken to be between that of a round (0) and of a flat thread (1). From drawn cloths of seeds 7 and 8, whose sections are ellipses and
+    /// flatter ones.
+    flat: f64,
+    /// Range of a width.
+    fill: [f64; 2],
+}
+
+const PARAMS: GapParams = GapParams { reach: 0.4, beside: 0.1, contrast: 2.0, at_edge: 0.842, flat: 0.25, fill: [0.3, 1.0] };
 
 /// The hole that all crossings of a fold have in the mean; nothing if there is none that is dark.
 pub(super) fn find(fold: &Fold) -> Option<Gaps> {
@@ -45,7 +55,7 @@ pub(super) fn find(fold: &Fold) -> Option<Gaps> {
         |k: usize, bin: i64, n: i64| ((bin as f64 + 0.5) / n as f64 + 0.5 * (sides[k][1].edge - sides[k][0].edge) + 0.5).rem_euclid(1.0);
     Some(Gaps {
         middle: [middle(0, x0, nx), middle(1, y0, ny)],
-        fill: sides.map(|[a, b]| (1.0 - a.edge - b.edge - FLAT * (a.blur + b.blur)).clamp(0.3, 1.0)),
+        fill: sides.map(|[a, b]| (1.0 - a.edge - b.edge - PARAMS.flat * (a.blur + b.blur)).clamp(PARAMS.fill[0], PARAMS.fill[1])),
         blur: sides.map(|[a, b]| 0.5 * (a.blur + b.blur)),
     })
 }
@@ -60,11 +70,11 @@ struct Side {
 /// Where a profile that begins in a hole reaches the thread.
 fn side(profile: &dyn Fn(i64) -> f64, bins: usize) -> Option<Side> {
     #[expect(clippy::cast_possible_truncation, reason = "a part of some bins")]
-    let (reach, beside) = ((REACH * bins as f64) as i64, (BESIDE * bins as f64).ceil() as i64);
+    let (reach, beside) = ((PARAMS.reach * bins as f64) as i64, (PARAMS.beside * bins as f64).ceil() as i64);
     let rise = |k: i64| profile(k + 1) - profile(k);
     let k = (0..reach).max_by(|a, b| rise(*a).total_cmp(&rise(*b)))?;
     let contrast = profile(k + 1 + beside) / profile(0).max(1e-6);
-    if !(contrast > CONTRAST) || k + 1 == reach {
+    if !(contrast > PARAMS.contrast) || k + 1 == reach {
         return None;
     }
     let (a, b, c) = (rise(k - 1), rise(k), rise(k + 1));
@@ -72,7 +82,7 @@ fn side(profile: &dyn Fn(i64) -> f64, bins: usize) -> Option<Side> {
     let shift = if bend < 0.0 { (0.5 * (a - c) / bend).clamp(-0.5, 0.5) } else { 0.0 };
     let steepest = k as f64 + 0.5 + shift;
     // Outwards to where the slope has fallen to what it is at the edge.
-    let level = AT_EDGE * (b - 0.25 * (a - c) * shift);
+    let level = PARAMS.at_edge * (b - 0.25 * (a - c) * shift);
     let outside = (-reach..=k).rev().find(|&m| rise(m) < level)?;
     let share = (level - rise(outside)) / (rise(outside + 1) - rise(outside)).max(1e-12);
     let edge = (outside as f64 + 0.5 + share.clamp(0.0, 1.0)).min(steepest);

@@ -27,19 +27,51 @@ pub(super) struct Repeat {
     pub rows: i64,
 }
 
-/// Most different crossings of a repeat.
-pub(super) const MAX_CROSSINGS: i64 = 144;
-/// A cloth's warp and weft may deviate from a right angle by this much, in degrees.
-const MAX_SKEW_DEG: f64 = 7.0;
-/// Spread of the edges' direction about the threads', in degrees.
-const EDGE_SPREAD_DEG: f64 = 2.0;
-/// Spread of the threads' direction about the picture's axes, in degrees.
-const TURN_SPREAD_DEG: f64 = 6.0;
-/// Threads of fewer pixels are taken for threads only if little else is left.
-const FEW_PIXELS: f64 = 8.0;
-/// Threads of the two directions differ in pitch by at most this factor, and seldom by more than the second.
-const MAX_ASPECT: f64 = 8.0;
-const USUAL_ASPECT: f64 = 3.0;
+/// Which ways to count threads are looked at, and what each costs. Chosen on drawn cloths (see [`super`]).
+struct GridParams {
+    /// Most different crossings of a repeat.
+    most_crossings: i64,
+    /// Highest order of the lattice's basis that may count threads.
+    reach: i64,
+    /// Highest frequency of threads, in cycles per pixel: those finer than two pixels cannot be told from coarser ones.
+    highest_frequency: f64,
+    /// Deviation of warp and weft from a right angle, at most, in degrees.
+    most_skew_deg: f64,
+    /// Spread of the edges' direction about the threads', in degrees: one of it costs 1.
+    edge_spread_deg: f64,
+    /// Spread of the threads' direction about the picture's axes, in degrees: one of it costs 1, where edges say nothing.
+    turn_spread_deg: f64,
+    /// Cost at which edges that run elsewhere are taken to say nothing: two spreads.
+    edges_ignored: f64,
+    /// Pixels from thread to thread below which threads cost, ...
+    few_pixels: f64,
+    /// ... and the cost of a factor of e below that.
+    few_pixels_cost: f64,
+    /// Cost of a factor of e in the crossings of a repeat: any direction can be reached with many.
+    crossings_cost: f64,
+    /// Factor between the pitches of warp and weft, at most.
+    most_aspect: f64,
+    /// The factor above which unlike pitches cost, ...
+    usual_aspect: f64,
+    /// ... and the cost of a factor of e above that.
+    aspect_cost: f64,
+}
+
+const PARAMS: GridParams = GridParams {
+    most_crossings: 144,
+    reach: 24,
+    highest_frequency: 0.5,
+    most_skew_deg: 7.0,
+    edge_spread_deg: 2.0,
+    turn_spread_deg: 6.0,
+    edges_ignored: 4.0,
+    few_pixels: 8.0,
+    few_pixels_cost: 2.0,
+    crossings_cost: 2.0,
+    most_aspect: 8.0,
+    usual_aspect: 3.0,
+    aspect_cost: 3.0,
+};
 
 impl Repeat {
     /// Different crossings.
@@ -56,12 +88,6 @@ impl Repeat {
 
     /// Wefts after which every warp repeats.
     pub fn tall(&self) -> i64 {
-        let gcd = |mut a: i64, mut b: i64| {
-            while b != 0 {
-                (a, b) = (b, a % b);
-            }
-            a
-        };
         self.rows * (self.columns / gcd(self.columns, self.shift.rem_euclid(self.columns)).max(1))
     }
 }
@@ -71,7 +97,7 @@ impl Grid {
     pub fn new(lattice: &Lattice, whole: [[i64; 2]; 2]) -> Option<Self> {
         let [[m1, n1], [m2, n2]] = whole;
         let count = m1 * n2 - m2 * n1;
-        if count <= 0 || count > MAX_CROSSINGS {
+        if count <= 0 || count > PARAMS.most_crossings {
             return None;
         }
         // b1 = (n2 u - n1 v) / count, b2 = (-m2 u + m1 v) / count: a shift (i, j) is one of the repeat's where both are whole.
@@ -119,15 +145,13 @@ impl Grid {
         }
         let mut along_x: Vec<([i64; 2], f64)> = Vec::new();
         let mut along_y: Vec<([i64; 2], f64)> = Vec::new();
-        const REACH: i64 = 24;
-        for m in -REACH..=REACH {
-            for n in -REACH..=REACH {
+        for m in -PARAMS.reach..=PARAMS.reach {
+            for n in -PARAMS.reach..=PARAMS.reach {
                 if gcd(m, n) != 1 {
                     continue;
                 }
                 let f = lattice.at(m as f64, n as f64);
-                // Threads finer than two pixels cannot be told from coarser ones.
-                if f.length() > 0.5 {
+                if f.length() > PARAMS.highest_frequency {
                     continue;
                 }
                 let near = |angle: f64| angle.abs() <= max_turn;
@@ -143,27 +167,16 @@ impl Grid {
         let mut found: Vec<(f64, Self)> = Vec::new();
         for &(a, ax) in &along_x {
             for &(b, ay) in &along_y {
-                if (ax - ay).abs() > MAX_SKEW_DEG.to_radians() {
+                if (ax - ay).abs() > PARAMS.most_skew_deg.to_radians() {
                     continue;
                 }
                 let Some(grid) = Self::new(lattice, [a, b]) else { continue };
                 let pitch = grid.pitch();
                 let aspect = pitch.max_element() / pitch.min_element();
-                if aspect > MAX_ASPECT {
+                if aspect > PARAMS.most_aspect {
                     continue;
                 }
-                // Threads lie along most edges; where they are too fine for edges, about along the picture. Many crossings cost,
-                // since any direction can be reached with many; so do threads of few pixels, which are told from others by little,
-                // and threads of unlike pitch.
-                let middle = (0.5 * (ax + ay)).to_degrees();
-                let off = (middle - turn.to_degrees()) / EDGE_SPREAD_DEG;
-                let tilt = middle / TURN_SPREAD_DEG;
-                let skew = (ax - ay).to_degrees() / EDGE_SPREAD_DEG;
-                let cost = (off * off).min(4.0 + tilt * tilt)
-                    + skew * skew
-                    + 2.0 * (grid.repeat.crossings() as f64).ln()
-                    + 2.0 * (FEW_PIXELS / pitch.min_element()).ln().max(0.0)
-                    + 3.0 * (aspect / USUAL_ASPECT).ln().max(0.0);
+                let cost = counting_cost(&grid, [ax, ay], turn);
                 found.push((cost, grid));
             }
         }
@@ -172,6 +185,25 @@ impl Grid {
     }
 }
 
+/// Cost of a way to count threads whose normals are turned by `turns` from x and y, where most edges are turned by `turn` (radians).
+///
+/// Threads lie along most edges; where they are too fine for edges, about along the picture. Many crossings cost, since any direction can be reached with
+/// many; so do threads of few pixels, which are told from others by little, and threads of unlike pitch.
+fn counting_cost(grid: &Grid, [ax, ay]: [f64; 2], turn: f64) -> f64 {
+    let pitch = grid.pitch();
+    let aspect = pitch.max_element() / pitch.min_element();
+    let middle = (0.5 * (ax + ay)).to_degrees();
+    let off = (middle - turn.to_degrees()) / PARAMS.edge_spread_deg;
+    let tilt = middle / PARAMS.turn_spread_deg;
+    let skew = (ax - ay).to_degrees() / PARAMS.edge_spread_deg;
+    (off * off).min(PARAMS.edges_ignored + tilt * tilt)
+        + skew * skew
+        + PARAMS.crossings_cost * (grid.repeat.crossings() as f64).ln()
+        + PARAMS.few_pixels_cost * (PARAMS.few_pixels / pitch.min_element()).ln().max(0.0)
+        + PARAMS.aspect_cost * (aspect / PARAMS.usual_aspect).ln().max(0.0)
+}
+
+/// Greatest common divisor; of 0 and a number that number.
 pub(super) fn gcd(a: i64, b: i64) -> i64 {
     let (mut a, mut b) = (a.abs(), b.abs());
     while b != 0 {

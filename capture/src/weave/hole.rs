@@ -11,7 +11,7 @@
 //! do far from the hole counts little: the fit has a window. A hole of another colour is fitted without the pull to the dark where that explains clearly more.
 
 use super::fold::Fold;
-use super::labels::simplex;
+use super::simplex::simplex;
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 use std::sync::Arc;
@@ -25,45 +25,101 @@ pub(super) struct Hole {
 
 /// Bins of a fold along each axis.
 pub(super) const BINS: usize = 32;
-/// Samples of a bin in which profiles are drawn before they are blurred.
+/// Samples of a bin in which profiles are drawn before they are blurred: a side is placed to a part of 1/256 of the pitch, smoothly between.
 const FINE: usize = 8;
 const SAMPLES: usize = BINS * FINE;
 /// Functions of one coordinate, and of both.
 const TERMS: usize = 5;
 const ALL: usize = TERMS * TERMS;
-/// Pulls to an even thread, to a dark hole, and to a hole of any colour.
-const EVEN: f64 = 1e-4;
-const DARK: f64 = 1e-3;
-const ANY: f64 = 1e-6;
-/// Brightness of a dark hole over the mean.
-const DARKNESS: f64 = 0.06;
-/// Standard deviation of the window around the hole, in threads.
-const WINDOW: f64 = 0.2;
-/// Blur that is likely, in pixels: lens, pixel, and threads that do not lie evenly; the spread of its logarithm, and how much that counts.
-const BLUR: f64 = 0.85;
-const BLUR_SPREAD: f64 = 0.35;
-const BLUR_PULL: f64 = 0.3;
-/// Widest hole, in threads; and a narrowest one, which keeps the search from zero.
-const WIDEST: f64 = 0.5;
-const NARROWEST: f64 = 0.002;
-/// A hole of any colour must leave this much less unexplained than a dark one (in logarithms), and be so many pixels wide.
-const CLEARER: f64 = 0.2;
-const COLOURED_PIXELS: f64 = 1.5;
-/// The hole must differ from what is beside it on all sides by this share of the brighter of both.
-const CONTRAST: f64 = 0.3;
-/// How far beside its sides that is looked at, in threads.
-const BESIDE: f64 = 0.1;
-/// Fewest pixels of the hole along x and y: of one that is smaller only the area is seen, not the sides.
-const FEWEST_PIXELS: f64 = 1.0;
-/// A round thread is dark at its edge, so that the step which fits best lies inside of it: by this many standard deviations of the blur on each side. From drawn
-/// cloths (sections from elliptic to flat), where hardly any of it depends on pitch or light.
-const INSIDE: f64 = 0.24;
-/// Starts of the search: places along a pitch and widths, and how many of the best are followed.
-const PLACES: usize = 16;
-const WIDTHS: [f64; 3] = [0.05, 0.2, 0.35];
-const FOLLOWED: usize = 3;
-/// Most shapes that one simplex looks at.
-const EVALUATIONS: usize = 150;
+
+/// How a hole is modelled and sought. Chosen on drawn cloths of seeds 7 and 8 (`docs/weave-analysis.md`) where nothing else is said; lengths are in threads.
+struct HoleParams {
+    /// Weight of the pull to an even thread, of the mean square of a coefficient's function.
+    even_pull: f64,
+    /// Weight of the pull to a dark hole.
+    dark_pull: f64,
+    /// The same for a hole of any colour: only so that the equations can be solved.
+    any_pull: f64,
+    /// Brightness of a dark hole over the mean.
+    darkness: f64,
+    /// Standard deviation of the window around the hole.
+    window: f64,
+    /// Blur that is likely, in pixels: lens, pixel, and threads that do not lie evenly.
+    blur: f64,
+    /// Spread of the blur's logarithm.
+    blur_spread: f64,
+    /// What one spread of blur adds to the logarithm of the residual.
+    blur_pull: f64,
+    /// Largest change of the blur's logarithm from 0, so that the search stays finite: 0.22 to 4.5 pixels.
+    blur_bound: f64,
+    /// Widest hole.
+    widest: f64,
+    /// Narrowest hole, which keeps the search from zero.
+    narrowest: f64,
+    /// What a hole outside of these bounds adds to the logarithm of the residual, a thread.
+    outside: f64,
+    /// Share of the variation below which a residual says no more: noise.
+    least_residual: f64,
+    /// Difference of the residuals' logarithms by which a hole of any colour must do better than a dark one, ...
+    clearer: f64,
+    /// ... and its sides, in pixels, at least.
+    coloured_pixels: f64,
+    /// Difference between the hole and what is beside it on all sides, over the brighter of both, at least.
+    contrast: f64,
+    /// How far beside its sides that is looked at.
+    beside: f64,
+    /// Sides of a hole in pixels, at least: of one that is smaller only the area is seen.
+    fewest_pixels: f64,
+    /// How far inside of the edge of a round thread, which is dark there, the step lies that fits best, in standard deviations of the blur. From drawn cloths
+    /// of seeds 7 and 8 (sections from elliptic to flat), where hardly any of it depends on pitch or light.
+    inside: f64,
+    /// Range of a width.
+    fill: [f64; 2],
+    /// Middles along a pitch from which the search may begin.
+    places: usize,
+    /// Sides from which it may begin.
+    widths: [f64; 3],
+    /// Starts that are followed, ...
+    followed: usize,
+    /// ... if their middles differ by more than this, ...
+    middles_apart: f64,
+    /// ... or their sides, together, by more than this.
+    sides_apart: f64,
+    /// First simplex: steps of middles, sides and the logarithm of the blur.
+    steps: HoleShape,
+    /// Shapes that one simplex looks at, about.
+    evaluations: usize,
+}
+
+const PARAMS: HoleParams = HoleParams {
+    even_pull: 1e-4,
+    dark_pull: 1e-3,
+    any_pull: 1e-6,
+    darkness: 0.06,
+    window: 0.2,
+    blur: 0.85,
+    blur_spread: 0.35,
+    blur_pull: 0.3,
+    blur_bound: 1.5,
+    widest: 0.5,
+    narrowest: 0.002,
+    outside: 10.0,
+    least_residual: 1e-5,
+    clearer: 0.2,
+    coloured_pixels: 1.5,
+    contrast: 0.3,
+    beside: 0.1,
+    fewest_pixels: 1.0,
+    inside: 0.24,
+    fill: [0.3, 1.0],
+    places: 16,
+    widths: [0.05, 0.2, 0.35],
+    followed: 3,
+    middles_apart: 0.13,
+    sides_apart: 0.2,
+    steps: [0.03, 0.03, 0.04, 0.04, 0.25],
+    evaluations: 150,
+};
 
 /// Place of the hole's middle (threads from the fold's middle), its sides (threads), and the logarithm of the blur in pixels.
 type HoleShape = [f64; 5];
@@ -71,17 +127,17 @@ type HoleShape = [f64; 5];
 /// The hole that all crossings have in the mean, whatever its colour; nothing if none is clearly seen. `pitch` in pixels.
 pub(super) fn find(fold: &Fold, pitch: [f64; 2]) -> Option<Hole> {
     let model = HoleModel::new(fold.mean_cell(), pitch);
-    let sides = |p: &HoleShape| [0, 1].map(|k| p[2 + k].clamp(NARROWEST, WIDEST));
+    let sides = |p: &HoleShape| [0, 1].map(|k| p[2 + k].clamp(PARAMS.narrowest, PARAMS.widest));
     let narrowest = |p: &HoleShape| sides(p).iter().zip(pitch).map(|(g, pitch)| g * pitch).fold(f64::INFINITY, f64::min);
-    let (dark, any) = (model.search(DARK), model.search(ANY));
-    let coloured = any.1 < dark.1 - CLEARER && narrowest(&any.0) > COLOURED_PIXELS;
-    let (place, pull) = if coloured { (any.0, ANY) } else { (dark.0, DARK) };
-    if narrowest(&place) <= FEWEST_PIXELS || model.contrast(&place, pull) <= CONTRAST {
+    let (dark, any) = (model.search(PARAMS.dark_pull), model.search(PARAMS.any_pull));
+    let coloured = any.1 < dark.1 - PARAMS.clearer && narrowest(&any.0) > PARAMS.coloured_pixels;
+    let (place, pull) = if coloured { (any.0, PARAMS.any_pull) } else { (dark.0, PARAMS.dark_pull) };
+    if narrowest(&place) <= PARAMS.fewest_pixels || model.contrast(&place, pull) <= PARAMS.contrast {
         return None;
     }
     let sigma = place[4].exp();
     let gaps = sides(&place);
-    Some(Hole { fill: [0, 1].map(|k| (1.0 - gaps[k] + 2.0 * INSIDE * sigma / pitch[k]).clamp(0.3, 1.0)) })
+    Some(Hole { fill: [0, 1].map(|k| (1.0 - gaps[k] + 2.0 * PARAMS.inside * sigma / pitch[k]).clamp(PARAMS.fill[0], PARAMS.fill[1])) })
 }
 
 /// The mean crossing, and what is needed to compare a hole with it.
@@ -139,14 +195,14 @@ impl HoleModel {
     }
 
     fn both_profiles(&self, place: &HoleShape) -> [Profiles; 2] {
-        let sigma = place[4].clamp(-1.5, 1.5).exp();
-        [0, 1].map(|k| self.profiles(place[k], place[2 + k].clamp(NARROWEST, WIDEST), sigma / self.pitch[k]))
+        let sigma = place[4].clamp(-PARAMS.blur_bound, PARAMS.blur_bound).exp();
+        [0, 1].map(|k| self.profiles(place[k], place[2 + k].clamp(PARAMS.narrowest, PARAMS.widest), sigma / self.pitch[k]))
     }
 
     /// Weights around a middle, 1 in the mean; even without a window.
     fn window(middle: Option<f64>) -> [f64; BINS] {
         let Some(middle) = middle else { return [1.0; BINS] };
-        let at = |k: usize| (-0.5 * (wrapped(centre(k) - middle) / WINDOW).powi(2)).exp();
+        let at = |k: usize| (-0.5 * (wrapped(centre(k) - middle) / PARAMS.window).powi(2)).exp();
         let sum: f64 = (0..BINS).map(at).sum();
         std::array::from_fn(|k| at(k) * BINS as f64 / sum)
     }
@@ -155,9 +211,10 @@ impl HoleModel {
     fn rate(&self, place: &HoleShape, pull: f64, window: [f64; 2]) -> f64 {
         let weights = window.map(|w| Self::window(Some(w)));
         let (left, _) = self.fit(&self.both_profiles(place), &weights, pull);
-        let outside: f64 = place[2..4].iter().map(|g| 10.0 * ((NARROWEST - g).max(0.0) + (g - WIDEST).max(0.0))).sum();
-        let blur = (place[4] - BLUR.ln()) / BLUR_SPREAD;
-        (left / self.variance + 1e-5).ln() + outside + BLUR_PULL * blur * blur
+        let outside: f64 =
+            place[2..4].iter().map(|g| PARAMS.outside * ((PARAMS.narrowest - g).max(0.0) + (g - PARAMS.widest).max(0.0))).sum();
+        let blur = (place[4] - PARAMS.blur.ln()) / PARAMS.blur_spread;
+        (left / self.variance + PARAMS.least_residual).ln() + outside + PARAMS.blur_pull * blur * blur
     }
 
     /// What the best coefficients leave of the cell, and the colour of the hole.
@@ -184,7 +241,7 @@ impl HoleModel {
         let (mut left, mut hole) = (squares, [0.0; 3]);
         for c in 0..3 {
             let mut likely = [0.0; ALL];
-            likely[0] = DARKNESS * self.mean[c];
+            likely[0] = PARAMS.darkness * self.mean[c];
             [1, TERMS, TERMS + 1].into_iter().for_each(|k| likely[k] = self.mean[c]);
             let mut rest = [0.0; ALL];
             for (k, value) in rest.iter_mut().enumerate() {
@@ -203,13 +260,13 @@ impl HoleModel {
 
     /// The best hole: from the best of many starts, each followed by two searches.
     fn search(&self, pull: f64) -> (HoleShape, f64) {
-        let mut best = ([0.0, 0.0, 0.1, 0.1, BLUR.ln()], f64::INFINITY);
+        let mut best = ([0.0, 0.0, 0.1, 0.1, PARAMS.blur.ln()], f64::INFINITY);
         for start in self.starts(pull) {
             let mut place = start;
             for sign in [1.0, -1.0] {
                 let window = [place[0], place[1]];
                 let rate = |p: &HoleShape| self.rate(p, pull, window);
-                place = simplex(&rate, place, [0.03, 0.03, 0.04, 0.04, 0.25].map(|s| s * sign), EVALUATIONS);
+                place = simplex(&rate, place, PARAMS.steps.map(|s| s * sign), PARAMS.evaluations);
                 let value = rate(&place);
                 if sign < 0.0 && value < best.1 {
                     best = (place, value);
@@ -221,14 +278,12 @@ impl HoleModel {
 
     /// Places and sizes that explain most of the whole crossing, none like another.
     fn starts(&self, pull: f64) -> Vec<HoleShape> {
-        /// What makes two starts alike: middles, and sides.
-        const NEAR: (f64, f64) = (0.13, 0.2);
         let even = [1.0; BINS];
         let axis = |k: usize| -> Vec<(f64, f64, Profiles, [[f64; TERMS]; TERMS])> {
-            let middles = (0..PLACES).map(|p| (p as f64 + 0.5) / PLACES as f64 - 0.5);
-            let all = middles.flat_map(|middle| WIDTHS.map(|gap| (middle, gap)));
+            let middles = (0..PARAMS.places).map(|p| (p as f64 + 0.5) / PARAMS.places as f64 - 0.5);
+            let all = middles.flat_map(|middle| PARAMS.widths.map(|gap| (middle, gap)));
             all.map(|(middle, gap)| {
-                let profiles = self.profiles(middle, gap, BLUR / self.pitch[k]);
+                let profiles = self.profiles(middle, gap, PARAMS.blur / self.pitch[k]);
                 (middle, gap, profiles, gram(&profiles, &even))
             })
             .collect()
@@ -241,7 +296,7 @@ impl HoleModel {
             for (y, height, of_y, gram_y) in &upward {
                 let equations = Equations::new(&[*gram_x, *gram_y], pull);
                 let left = self.solve(&equations, &rows, of_y, &even, squares).0;
-                rated.push((left, [*x, *y, *width, *height, BLUR.ln()]));
+                rated.push((left, [*x, *y, *width, *height, PARAMS.blur.ln()]));
             }
         }
         rated.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -249,11 +304,11 @@ impl HoleModel {
         for (_, p) in rated {
             let alike = |q: &HoleShape| {
                 let apart = wrapped(p[0] - q[0]).abs().max(wrapped(p[1] - q[1]).abs());
-                apart <= NEAR.0 && (p[2] - q[2]).abs() + (p[3] - q[3]).abs() <= NEAR.1
+                apart <= PARAMS.middles_apart && (p[2] - q[2]).abs() + (p[3] - q[3]).abs() <= PARAMS.sides_apart
             };
             if !kept.iter().any(alike) {
                 kept.push(p);
-                if kept.len() == FOLLOWED {
+                if kept.len() == PARAMS.followed {
                     break;
                 }
             }
@@ -270,7 +325,7 @@ impl HoleModel {
             let v = self.cell[bin(place[1] + dy) * BINS + bin(place[0] + dx)];
             size([0, 1, 2].map(|c| v[c] - hole[c])) / size(v).max(size(hole)).max(1e-9)
         };
-        let [rx, ry] = [0, 1].map(|k| 0.5 * place[2 + k].clamp(NARROWEST, WIDEST) + BESIDE);
+        let [rx, ry] = [0, 1].map(|k| 0.5 * place[2 + k].clamp(PARAMS.narrowest, PARAMS.widest) + PARAMS.beside);
         [(rx, 0.0), (-rx, 0.0), (0.0, ry), (0.0, -ry)].map(|(dx, dy)| beside(dx, dy)).into_iter().fold(f64::INFINITY, f64::min)
     }
 }
@@ -316,7 +371,7 @@ impl Equations {
                 let rest = matrix[i][j] - dot;
                 factor[i][j] = if i == j {
                     // Positive: the matrix is a product of two positive ones, and the pulls are added.
-                    (rest + if i == 0 { pull } else { EVEN }).max(1e-15).sqrt()
+                    (rest + if i == 0 { pull } else { PARAMS.even_pull }).max(1e-15).sqrt()
                 } else {
                     rest / factor[j][j]
                 };
@@ -369,7 +424,7 @@ mod tests {
             let found = find(&cell(gaps, hole, 0.8), [20.0, 20.0]).unwrap();
             for k in 0..2 {
                 // Without what round threads add.
-                let gap = 1.0 - found.fill[k] + 2.0 * INSIDE * 0.8 / 20.0;
+                let gap = 1.0 - found.fill[k] + 2.0 * PARAMS.inside * 0.8 / 20.0;
                 assert!((gap - gaps[k]).abs() < 0.02, "{gap} for {}, {hole:?}", gaps[k]);
             }
         }

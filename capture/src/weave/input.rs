@@ -25,9 +25,13 @@ pub struct WeaveOptions {
     pub draft: Option<Draft>,
 }
 
-/// Smallest side of a photograph in pixels.
+/// Smallest side of a photograph in pixels: a smaller one holds too few repeats. Chosen, not measured.
 pub const MIN_SIDE: usize = 48;
 
+/// Millimetres per pixel that are believed: from an atom to a thousand kilometres.
+const MM_PER_PIXEL: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
+
+/// Checks sizes and numbers of a photograph.
 pub(super) fn check(photo: &RectifiedPhoto<'_>) -> Result<()> {
     let bad = |problem: String, remedy: &str| Err(BadInput::new(problem, remedy).at_field("photo").into());
     let pixels = photo.width.checked_mul(photo.height);
@@ -47,7 +51,7 @@ pub(super) fn check(photo: &RectifiedPhoto<'_>) -> Result<()> {
         let problem = format!("the pixel in column {}, row {} is not a number", at % photo.width, at / photo.width);
         return bad(problem, "mask it out and give it a value");
     }
-    if photo.mm_per_pixel.is_some_and(|mm| !(1e-9..=1e9).contains(&mm)) {
+    if photo.mm_per_pixel.is_some_and(|mm| !MM_PER_PIXEL.contains(&mm)) {
         return bad("the size of a pixel is not 1e-9 to 1e9 mm".into(), "give millimetres per pixel, or none");
     }
     Ok(())

@@ -3,7 +3,7 @@
 use super::analysis::{Analysis, Weave};
 use super::relief::{Profile, Relief};
 
-/// What the photograph does not say, and what is written in its place.
+/// What the photograph does not say, and what is written in its place. The defaults are chosen, not measured.
 #[derive(Clone, Copy, Debug)]
 pub struct MaterialGuesses {
     /// Reflectance of what has the value 1 in the photograph; divides the colours into albedos.

@@ -17,6 +17,25 @@ use super::grid::Repeat;
 /// Regressors of a thread.
 const TERMS: usize = 7;
 
+/// What bounds the model where it is singular.
+struct ModelParams {
+    /// Least `sqrt(1 - e^2)` in the slope across a thread, `-flatness e / sqrt(1 - e^2)`, which is infinite at the edge. Chosen: it bounds the outermost 2 % of
+    /// a thread's half width, less than a pixel.
+    least_root: f64,
+    /// Share of a regressor's square that others must leave of it. Chosen: with less the coefficient is rounding, since sums are over values of single
+    /// precision.
+    determined: f64,
+    /// Mean square of a regressor below which it is not there.
+    present: f64,
+}
+
+const PARAMS: ModelParams = ModelParams { least_root: 0.2, determined: 1e-6, present: 1e-9 };
+
+/// Sum of squared deviations below which a fold has no variation; keeps a division from 0.
+const NO_VARIATION: f64 = 1e-12;
+/// Entries of a [`Table`] a crossing: its own label and those of its four neighbours.
+const NEIGHBOURHOODS: usize = 1 << AROUND.len();
+
 /// Shape of the cloth; thread widths are shares of the pitch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ClothShape {
@@ -71,7 +90,7 @@ impl ClothShape {
             let (here, there) = (side(0), side(neighbour));
             let (mut z, mut slope) = (here, 0.0);
             if here != there {
-                // 3 x^2 - 2 x^3 for (1 - cos(pi x)) / 2: they differ by at most 0.01.
+                // 3 x^2 - 2 x^3 for (1 - cos(pi x)) / 2, and its derivative: they differ by at most 0.01.
                 let x = along.abs();
                 z = here * (1.0 - 2.0 * x * x * (3.0 - 2.0 * x));
                 slope = -12.0 * here * x * (1.0 - x) * along.signum() / pitch[1 - direction];
@@ -79,7 +98,7 @@ impl ClothShape {
             let root = (1.0 - off * off).sqrt();
             z += 0.5 * heights[direction] * root;
             // Near its edge a section stands upright; the slope is bounded where a pixel could not resolve it.
-            let across_slope = -self.flatness * off / root.max(0.2);
+            let across_slope = -self.flatness * off / root.max(PARAMS.least_root);
             Some([z, across_slope, slope, off])
         };
         let (what, [z, across, along, off]) = match (surface(0, ds, dt), surface(1, dt, ds)) {
@@ -125,13 +144,15 @@ impl ClothShape {
     }
 }
 
+/// Points that a blurred bin is the mean of.
+const POINTS: f64 = 9.0;
 /// Regressors of both threads and of what lies between.
 const ALL: usize = 2 * TERMS + 1;
 
 impl ClothShape {
     /// How well this shape explains a fold that a lens and its pixels have blurred: standard deviations in threads along x and y.
     ///
-    /// Each bin is the mean of nine points, which spread like the blur.
+    /// Each bin is the mean of 3 x 3 points, which spread like the blur.
     pub fn fit_blurred(&self, fold: &Fold, labels: &[bool], blur: [f64; 2]) -> f64 {
         let repeat = fold.repeat;
         // Three points at -d, 0 and d have variance 2 d^2 / 3.
@@ -146,14 +167,14 @@ impl ClothShape {
             }
             let (s, t) = place(fold, bin);
             let mut terms = [0.0; ALL];
-            for point in 0..9 {
+            for point in 0..3 * 3 {
                 let (dx, dy) = (f64::from(point % 3 - 1) * reach[0], f64::from(point / 3 - 1) * reach[1]);
                 let (i, j, ds, dt) = self.nearest(s + dx, t + dy);
                 let top = self.top(ds, dt, bits[repeat.place(i, j)]);
                 if top.what == 2 {
-                    terms[ALL - 1] += 1.0 / 9.0;
+                    terms[ALL - 1] += 1.0 / POINTS;
                 } else {
-                    (0..TERMS).for_each(|k| terms[top.what * TERMS + k] += top.terms[k] / 9.0);
+                    (0..TERMS).for_each(|k| terms[top.what * TERMS + k] += top.terms[k] / POINTS);
                 }
             }
             let n = f64::from(count);
@@ -172,7 +193,7 @@ impl ClothShape {
             weight += n;
         }
         let deviation = squares - mean.iter().map(|m| m * m).sum::<f64>() / weight;
-        left_over(&matrix, &rhs, squares, weight, ALL) / deviation.max(1e-12)
+        left_over(&matrix, &rhs, squares, weight, ALL) / deviation.max(NO_VARIATION)
     }
 }
 
@@ -180,7 +201,7 @@ impl ClothShape {
 /// draft is rated by adding up, without looking at the fold again.
 pub(super) struct Table {
     repeat: Repeat,
-    /// 32 entries a crossing, by the bits of the labels: its own, left, right, below, above.
+    /// [`NEIGHBOURHOODS`] entries a crossing, by the bits of the labels: its own, left, right, below, above.
     entries: Vec<[Block; 3]>,
 }
 
@@ -191,15 +212,15 @@ impl Table {
     /// The table of one shape.
     pub fn new(shape: &ClothShape, fold: &Fold) -> Self {
         let repeat = fold.repeat;
-        let mut entries = vec![<[Block; 3]>::default(); 32 * repeat.crossings()];
+        let mut entries = vec![<[Block; 3]>::default(); NEIGHBOURHOODS * repeat.crossings()];
         for (bin, (&colour, &count)) in fold.colour.iter().zip(&fold.count).enumerate() {
             if count <= 0.0 {
                 continue;
             }
             let (s, t) = place(fold, bin);
             let (i, j, ds, dt) = shape.nearest(s, t);
-            let first = 32 * repeat.place(i, j);
-            for labels in 0..32_usize {
+            let first = NEIGHBOURHOODS * repeat.place(i, j);
+            for labels in 0..NEIGHBOURHOODS {
                 let top = shape.top(ds, dt, labels);
                 entries[first + labels][top.what].add(&top.terms, colour.map(f64::from), f64::from(count));
             }
@@ -211,7 +232,7 @@ impl Table {
     pub fn residual(&self, labels: &[bool]) -> f64 {
         let mut blocks = <[Block; 3]>::default();
         for (crossing, bits) in around(self.repeat, labels).into_iter().enumerate() {
-            let entry = &self.entries[32 * crossing + bits];
+            let entry = &self.entries[NEIGHBOURHOODS * crossing + bits];
             blocks.iter_mut().zip(entry).for_each(|(b, e)| b.merge(e));
         }
         fit_of(&blocks).residual
@@ -241,10 +262,10 @@ fn fit_of(blocks: &[Block; 3]) -> ModelFit {
     let squares: f64 = blocks.iter().map(|b| b.squares).sum();
     let deviation = squares - total * mean.iter().map(|m| m * m).sum::<f64>();
     let left: f64 = blocks.iter().enumerate().map(|(k, b)| b.residual(if k == 2 { 1 } else { TERMS })).sum();
-    ModelFit { residual: (left / deviation.max(1e-12)).max(0.0), shares: [0, 1, 2].map(|k| blocks[k].weight / total) }
+    ModelFit { residual: (left / deviation.max(NO_VARIATION)).max(0.0), shares: [0, 1, 2].map(|k| blocks[k].weight / total) }
 }
 
-/// Normal equations of one kind of surface.
+/// Normal equations of one part: warp, weft, or what lies between.
 #[derive(Clone, Debug, Default)]
 struct Block {
     matrix: [[f64; TERMS]; TERMS],
@@ -300,7 +321,7 @@ fn left_over<const N: usize>(matrix: &[[f64; N]; N], rhs: &[[f64; 3]; N], square
             factor[a][b] = if factor[b][b] > 0.0 { (matrix[a][b] - dot) / factor[b][b] } else { 0.0 };
         }
         let rest = matrix[a][a] - (0..a).map(|k| factor[a][k] * factor[a][k]).sum::<f64>();
-        if rest > 1e-6 * matrix[a][a] + 1e-9 * weight {
+        if rest > PARAMS.determined * matrix[a][a] + PARAMS.present * weight {
             factor[a][a] = rest.sqrt();
             for c in 0..3 {
                 let dot: f64 = (0..a).map(|k| factor[a][k] * y[k][c]).sum();

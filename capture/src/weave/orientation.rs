@@ -11,16 +11,30 @@ pub(super) struct Edges {
     histogram: Vec<f64>,
 }
 
-/// Directions in half a turn.
-const BINS: usize = 720;
-/// Half width of the window in which the direction is averaged, in degrees.
-const WINDOW_DEG: f64 = 4.0;
+/// How directions of edges are gathered. Chosen on drawn cloths (see [`super`]).
+struct EdgeParams {
+    /// Directions in half a turn: a quarter of a degree each.
+    bins: usize,
+    /// Half width of the triangle that the histogram is smoothed by when its peak is sought, in degrees.
+    smooth_deg: f64,
+    /// Half width of the window in which the direction is averaged, in degrees.
+    window_deg: f64,
+    /// Rounds of moving the window to its own mean; it settles in a few.
+    rounds: usize,
+    /// Change at which that ends, in radians.
+    settled: f64,
+}
+
+const PARAMS: EdgeParams = EdgeParams { bins: 720, smooth_deg: 3.0, window_deg: 4.0, rounds: 20, settled: 1e-6 };
+
+/// Scharr's weights of a 3 x 3 derivative, whose direction is right within a tenth of a degree: beside the middle line and on it.
+const SCHARR: [f64; 2] = [47.0, 162.0];
 
 impl Edges {
-    /// Gradients of brightness, smoothed over 3 x 3 pixels (Scharr's weights, whose direction is right within a tenth of a degree).
+    /// Gradients of brightness, smoothed over 3 x 3 pixels.
     pub fn of(field: &Field) -> Self {
         let (w, h) = (field.width, field.height);
-        let mut histogram = vec![0.0; BINS];
+        let mut histogram = vec![0.0; PARAMS.bins];
         let value: Vec<f32> = field.ratio.iter().map(|r| r.iter().map(|v| (v - 1.0) / (v + 1.0)).sum()).collect();
         for y in 1..h.saturating_sub(1) {
             for x in 1..w - 1 {
@@ -28,12 +42,12 @@ impl Edges {
                 if !(0..3).all(|dy| (0..3).all(|dx| field.valid[(y + dy - 1) * w + x + dx - 1])) {
                     continue;
                 }
-                let gx = 47.0 * (at(2, 0) - at(0, 0) + at(2, 2) - at(0, 2)) + 162.0 * (at(2, 1) - at(0, 1));
-                let gy = 47.0 * (at(0, 2) - at(0, 0) + at(2, 2) - at(2, 0)) + 162.0 * (at(1, 2) - at(1, 0));
+                let gx = SCHARR[0] * (at(2, 0) - at(0, 0) + at(2, 2) - at(0, 2)) + SCHARR[1] * (at(2, 1) - at(0, 1));
+                let gy = SCHARR[0] * (at(0, 2) - at(0, 0) + at(2, 2) - at(2, 0)) + SCHARR[1] * (at(1, 2) - at(1, 0));
                 let square = gx * gx + gy * gy;
                 if square > 0.0 {
-                    let bin = (gy.atan2(gx).rem_euclid(PI) / PI * BINS as f64) as usize;
-                    histogram[bin % BINS] += square;
+                    let bin = (gy.atan2(gx).rem_euclid(PI) / PI * PARAMS.bins as f64) as usize;
+                    histogram[bin % PARAMS.bins] += square;
                 }
             }
         }
@@ -41,14 +55,14 @@ impl Edges {
     }
 
     fn weight(&self, angle: f64) -> f64 {
-        self.histogram[(angle.rem_euclid(PI) / PI * BINS as f64) as usize % BINS]
+        self.histogram[(angle.rem_euclid(PI) / PI * PARAMS.bins as f64) as usize % PARAMS.bins]
     }
 
     /// The turn within `max_turn` (radians) of the picture's axes at which most edges run along both axes.
     pub fn turn(&self, max_turn: f64) -> f64 {
-        let step = PI / BINS as f64;
+        let step = PI / PARAMS.bins as f64;
         let reach = (max_turn / step) as i64;
-        let window = (3.0_f64.to_radians() / step) as i64;
+        let window = (PARAMS.smooth_deg.to_radians() / step) as i64;
         let smooth = |k: i64| -> f64 {
             (-window..=window)
                 .map(|d| {
@@ -65,9 +79,9 @@ impl Edges {
 
     /// The mean direction of the edges near a turn of both axes, by the structure tensor of the gradients in a window around it.
     pub fn sharpen(&self, mut turn: f64) -> f64 {
-        let step = PI / BINS as f64;
-        let reach = (WINDOW_DEG.to_radians() / step) as i64;
-        for _ in 0..20 {
+        let step = PI / PARAMS.bins as f64;
+        let reach = (PARAMS.window_deg.to_radians() / step) as i64;
+        for _ in 0..PARAMS.rounds {
             let (mut sum, mut weights) = (0.0, 0.0);
             for axis in [turn, turn + FRAC_PI_2] {
                 let middle = (axis / step).floor();
@@ -86,7 +100,7 @@ impl Edges {
             }
             let change = if weights > 0.0 { sum / weights } else { 0.0 };
             turn += change;
-            if change.abs() < 1e-6 {
+            if change.abs() < PARAMS.settled {
                 break;
             }
         }

@@ -46,45 +46,50 @@ pub struct Relief {
     pub explained: f64,
 }
 
-/// Bins of a profile.
-const BINS: usize = 64;
-/// Sides that differ in width by less than this share of the period are those of a V.
-const ALIKE: f64 = 0.12;
-/// Width of a blurred edge in pixels.
-const EDGE_PIXELS: f64 = 2.0;
-/// More than two levels must leave at most this share of what two leave.
-const LEVELS_GAIN: f64 = 0.35;
+/// How a profile of brightness is told. Chosen, not measured, on the grooves and pyramids of `capture/tests/weave`.
+struct ReliefParams {
+    /// Bins of a profile: an edge is located to 1/64 of the period.
+    bins: usize,
+    /// Difference of the sides' widths from half of the period below which they are those of a V.
+    alike: f64,
+    /// Width of a blurred edge in pixels: levels as narrow are edges.
+    edge_pixels: f64,
+    /// What four levels leave over what two leave, at most, where four are believed.
+    levels_gain: f64,
+    /// Places of a period in which repetition is measured.
+    places: i64,
+}
 
-/// Share of the variation across grooves that must repeat; of a single edge it is one over the periods that the cut holds.
+const PARAMS: ReliefParams = ReliefParams { bins: 64, alike: 0.12, edge_pixels: 2.0, levels_gain: 0.35, places: 16 };
+
+/// Share of the variation across grooves that must repeat; of a single edge it is one over the periods that the cut holds, at most 1/3.5.
 pub(super) const MIN_REPEATING: f64 = 0.4;
 
 /// How much of the brightness across the first vector of the lattice repeats with it: of a surface all but noise, of one edge hardly any.
 pub(super) fn repeating(scale: &Scale) -> f64 {
-    /// Places of a period.
-    const PLACES: i64 = 16;
     let (field, f) = (&scale.field, scale.lattice.basis[0]);
     let mut profile: std::collections::BTreeMap<i64, [f64; 2]> = std::collections::BTreeMap::new();
     for row in 0..field.height {
         for column in 0..field.width {
             let pixel = row * field.width + column;
             if field.valid[pixel] {
-                let place = (f.dot(field.position(column, row)) * PLACES as f64).floor() as i64;
+                let place = (f.dot(field.position(column, row)) * PARAMS.places as f64).floor() as i64;
                 let entry = profile.entry(place).or_default();
                 *entry = [entry[0] + f64::from(field.ratio[pixel].iter().sum::<f32>()), entry[1] + 1.0];
             }
         }
     }
-    let mut folded = [[0.0; 2]; PLACES as usize];
+    let mut folded = vec![[0.0; 2]; PARAMS.places as usize];
     let mut all = [0.0; 2];
     for (place, value) in &profile {
-        for sum in [&mut folded[place.rem_euclid(PLACES) as usize], &mut all] {
+        for sum in [&mut folded[place.rem_euclid(PARAMS.places) as usize], &mut all] {
             *sum = [sum[0] + value[0], sum[1] + value[1]];
         }
     }
     let mean = |v: [f64; 2]| v[0] / v[1].max(1.0);
     let (mut left, mut total) = (0.0, 0.0);
     for (place, value) in &profile {
-        left += value[1] * (mean(*value) - mean(folded[place.rem_euclid(PLACES) as usize])).powi(2);
+        left += value[1] * (mean(*value) - mean(folded[place.rem_euclid(PARAMS.places) as usize])).powi(2);
         total += value[1] * (mean(*value) - mean(all)).powi(2);
     }
     if total > 0.0 { 1.0 - left / total } else { 0.0 }
@@ -120,31 +125,31 @@ pub(super) fn describe(photo: &RectifiedPhoto<'_>, scale: &Scale) -> Relief {
         return Relief { profile: Profile::Pyramids, period, turn_deg: turn_deg(x.0), colour, explained: lattice.explained };
     }
     let f = lattice.basis[0];
-    let (mut sums, mut counts) = ([0.0_f64; BINS], [0.0_f64; BINS]);
+    let (mut sums, mut counts) = (vec![0.0_f64; PARAMS.bins], vec![0.0_f64; PARAMS.bins]);
     for row in 0..field.height {
         for column in 0..field.width {
             let pixel = row * field.width + column;
             if field.valid[pixel] {
-                let bin = ((f.dot(field.position(column, row)).rem_euclid(1.0) * BINS as f64) as usize).min(BINS - 1);
+                let bin = ((f.dot(field.position(column, row)).rem_euclid(1.0) * PARAMS.bins as f64) as usize).min(PARAMS.bins - 1);
                 sums[bin] += f64::from(field.ratio[pixel].iter().sum::<f32>());
                 counts[bin] += 1.0;
             }
         }
     }
-    let profile: Vec<f64> = (0..BINS).map(|k| sums[k] / counts[k].max(1.0)).collect();
+    let profile: Vec<f64> = (0..PARAMS.bins).map(|k| sums[k] / counts[k].max(1.0)).collect();
     let (_, widths, left_two, total) = levels(&profile, 2);
     let (four, parts, left_four, _) = levels(&profile, 4);
     let explained = 1.0 - left_two.min(left_four) / total.max(1e-12);
     let narrow = widths.iter().copied().fold(1.0, f64::min);
     // Levels as narrow as the lens blurs are edges.
-    let seen = parts.iter().all(|p| p / f.length() > EDGE_PIXELS);
-    let profile = if seen && left_four < LEVELS_GAIN * left_two {
+    let seen = parts.iter().all(|p| p / f.length() > PARAMS.edge_pixels);
+    let profile = if seen && left_four < PARAMS.levels_gain * left_two {
         // Tops and floor are opposite one another; the darker is the floor, which gets less light.
         let pair = usize::from(parts[1] + parts[3] > parts[0] + parts[2]);
         let (a, b) = (pair, pair + 2);
         let (floor, top) = if four[a] < four[b] { (parts[a], parts[b]) } else { (parts[b], parts[a]) };
         Profile::Flat { floor, top }
-    } else if (0.5 - narrow).abs() < ALIKE {
+    } else if (0.5 - narrow).abs() < PARAMS.alike {
         Profile::V { side: narrow }
     } else {
         Profile::Sawtooth { steep: narrow }

@@ -32,13 +32,27 @@ pub(super) struct Peak {
     pub power: f64,
 }
 
-/// Half width in frequencies of the neighbourhood that a peak is compared with.
-const NEIGHBOURHOOD: usize = 9;
-/// Frequencies nearer than this to 0 belong to light and folds.
-const MIN_CYCLES: f64 = 3.0;
-/// Noise has exponentially distributed power: of a million values the largest is 14 times the mean. What stands above this in one
-/// window is no noise; the mean of several windows spreads less.
-const MIN_CONTRAST: f64 = 25.0;
+/// How peaks are told from noise.
+struct SpectrumParams {
+    /// Half width, in frequencies, of the neighbourhood that a peak is compared with. Chosen on drawn cloths (see [`super`]): wider than the lobe of a Hann
+    /// window (2), narrower than the distance of most peaks.
+    neighbourhood: usize,
+    /// Distance from 0, in cycles over the window, below which frequencies belong to light and folds. Chosen: the cut's own fall-off of light has one or two.
+    least_cycles: f64,
+    /// Contrast that no noise has in one window. Noise has exponentially distributed power: of a million values the largest is ln(1e6) = 14 times the mean.
+    /// The rest is margin.
+    least_contrast: f64,
+    /// Exponent by which that falls with the number of independent windows. The extreme of a mean of n exponentially
+    /// distributed values falls as 1/n for few and as 1/sqrt(n) for many; chosen between the two.
+    windows_exponent: f64,
+    /// Least value of the window's own autocorrelation that is divided out: beyond it noise is blown up.
+    least_overlap: f64,
+    /// Power over the largest that counts as none: what single precision cannot resolve.
+    floor: f32,
+}
+
+const PARAMS: SpectrumParams =
+    SpectrumParams { neighbourhood: 9, least_cycles: 3.0, least_contrast: 25.0, windows_exponent: 0.8, least_overlap: 0.05, floor: 1e-12 };
 
 impl Spectrum {
     /// The mean spectrum of square windows of a cut with at most `side` pixels, half overlapping, each under a Hann window.
@@ -60,7 +74,7 @@ impl Spectrum {
         }
         // Windows that overlap by half share a part of what they say.
         let windows = ((lefts.len() + 1) * (lows.len() + 1)) as f64 / 4.0;
-        let threshold = 1.0 + (MIN_CONTRAST - 1.0) / windows.powf(0.8);
+        let threshold = 1.0 + (PARAMS.least_contrast - 1.0) / windows.powf(PARAMS.windows_exponent);
         let contrast = contrast(&power, width, height);
         Self { width, height, power, contrast, threshold }
     }
@@ -98,7 +112,7 @@ impl Spectrum {
             for x in 0..=w / 2 {
                 let f = self.frequency(x as f64, y as f64);
                 let cycles = f / self.bin();
-                if f.x < 0.0 || (f.x == 0.0 && f.y <= 0.0) || cycles.length() < MIN_CYCLES {
+                if f.x < 0.0 || (f.x == 0.0 && f.y <= 0.0) || cycles.length() < PARAMS.least_cycles {
                     continue;
                 }
                 let here = at(x, y);
@@ -136,7 +150,7 @@ impl Spectrum {
             .enumerate()
             .map(|(k, &p)| {
                 let f = self.frequency((k % self.width) as f64, (k / self.width) as f64) / self.bin();
-                Complex::new(if f.length() < MIN_CYCLES { 0.0 } else { p }, 0.0)
+                Complex::new(if f.length() < PARAMS.least_cycles { 0.0 } else { p }, 0.0)
             })
             .collect();
         let back = transform(data, self.width, self.height, FftDirection::Inverse);
@@ -150,7 +164,7 @@ impl Spectrum {
         let along: Vec<f64> = (0..self.height).map(|k| own(k, self.height)).collect();
         let none = f64::from(back[0].re).max(f64::MIN_POSITIVE);
         (0..back.len())
-            .map(|k| (f64::from(back[k].re) / none / (across[k % self.width] * along[k / self.width]).max(0.05)) as f32)
+            .map(|k| (f64::from(back[k].re) / none / (across[k % self.width] * along[k / self.width]).max(PARAMS.least_overlap)) as f32)
             .collect()
     }
 }
@@ -186,7 +200,7 @@ fn window_power(field: &Field, left: usize, low: usize, width: usize, height: us
 
 /// Power over the geometric mean of its neighbourhood, which single peaks hardly lift; 1 is the mean of noise.
 fn contrast(power: &[f32], width: usize, height: usize) -> Vec<f32> {
-    let floor = power.iter().fold(0.0_f32, |a, &b| a.max(b)) * 1e-12 + f32::MIN_POSITIVE;
+    let floor = power.iter().fold(0.0_f32, |a, &b| a.max(b)) * PARAMS.floor + f32::MIN_POSITIVE;
     let logs: Vec<f32> = power.iter().map(|&p| (p + floor).ln()).collect();
     let rows = wrapped_means(&logs, width);
     let means = transpose(&wrapped_means(&transpose(&rows, width, height), height), height, width);
@@ -197,7 +211,7 @@ fn contrast(power: &[f32], width: usize, height: usize) -> Vec<f32> {
 
 /// Running means along wrapped rows.
 fn wrapped_means(values: &[f32], width: usize) -> Vec<f32> {
-    let radius = NEIGHBOURHOOD.min((width - 1) / 2);
+    let radius = PARAMS.neighbourhood.min((width - 1) / 2);
     let mut out = values.to_vec();
     out.par_chunks_exact_mut(width).zip(values.par_chunks_exact(width)).for_each(|(to, from)| {
         let mut sum: f64 = (0..=2 * radius).map(|k| f64::from(from[(k + width - radius) % width])).sum();

@@ -3,20 +3,35 @@
 use super::analysis::{Axis, Weave};
 use super::class::Class;
 use super::cloth::Cloth;
+use super::draft_fit::draft_of;
 use super::input::RectifiedPhoto;
 use super::measured::Measured;
 use super::scale::Scale;
-use super::{autocorrelation, colour, labels};
+use super::{autocorrelation, colour};
 use biscale::geometry::weave::draft::Draft;
 use glam::{DMat2, DVec2};
 
+/// How the colours of threads are told. Chosen, not measured.
+struct ColourParams {
+    /// Share of a thread's half width that counts as its top: beyond it the other thread shows, by blur and by shadow.
+    top: f64,
+    /// Share of the tops that must lie in their thread's cluster: half would be chance.
+    agreement: f64,
+    /// Value that counts as white, over the mean of the brightest channel: a picture's mean is about half of its highlights.
+    white: f64,
+    /// Least mean that is divided by.
+    least: f64,
+}
+
+const PARAMS: ColourParams = ColourParams { top: 0.7, agreement: 0.8, white: 2.0, least: 1e-9 };
+
 /// Turns what was found into numbers with units.
 pub(super) fn describe(photo: &RectifiedPhoto<'_>, scale: &Scale, cloth: &Cloth, given: Option<&Draft>) -> Weave {
-    let (grid, best) = (&cloth.grid, &cloth.guesses[0]);
+    let (grid, best) = (&cloth.grid, &cloth.fits[0]);
     let pixels = scale.field.factor as f64;
     let unit = photo.mm_per_pixel.unwrap_or(1.0) * pixels;
-    let draft = given.cloned().unwrap_or_else(|| labels::draft_of(grid.repeat, &best.labels));
-    let confidence = match (given, cloth.guesses.get(1)) {
+    let draft = given.cloned().unwrap_or_else(|| draft_of(grid.repeat, &best.labels));
+    let confidence = match (given, cloth.fits.get(1)) {
         (Some(_), _) | (None, None) => 1.0,
         (None, Some(second)) => 1.0 - best.cost(grid.repeat) / second.cost(grid.repeat).max(1e-12),
     };
@@ -68,14 +83,10 @@ pub(super) fn describe(photo: &RectifiedPhoto<'_>, scale: &Scale, cloth: &Cloth,
 
 /// Mean colours of warp and weft where they are on top, with how many pixels, and their difference.
 ///
-/// The tops of the threads are grouped into two colours by k-means in Lab. If the groups are the threads, each thread takes its group's
+/// The tops of the threads are clustered into two colours by k-means in Lab. If the clusters are the threads, each thread takes its cluster's
 /// mean, free of what the other shows at its edges; if not, the threads have one colour, and each takes its own mean.
 fn thread_colours(scale: &Scale, cloth: &Cloth) -> ([([f64; 3], f64); 2], f64) {
-    /// Share of a thread's half width that counts as its top.
-    const TOP: f64 = 0.7;
-    /// Share of the tops that must lie in their thread's group.
-    const AGREEMENT: f64 = 0.8;
-    let best = &cloth.guesses[0];
+    let best = &cloth.fits[0];
     let field = &scale.field;
     let (mut mean, mut count) = ([0.0; 3], 0.0);
     for (rgb, _) in field.rgb.iter().zip(&field.valid).filter(|p| *p.1) {
@@ -83,37 +94,39 @@ fn thread_colours(scale: &Scale, cloth: &Cloth) -> ([([f64; 3], f64); 2], f64) {
         count += 1.0;
     }
     let mean = mean.map(|m| m / f64::max(count, 1.0));
-    let white = mean.iter().fold(1e-9_f64, |a, &b| a.max(b)) * 2.0;
+    let white = mean.iter().fold(PARAMS.least, |a, &b| a.max(b)) * PARAMS.white;
     let mut tops: Vec<(usize, [f64; 3], f64)> = Vec::new();
     for (bin, top) in best.shape.tops(&cloth.fold, &best.labels).enumerate() {
-        if top.what < 2 && top.off.abs() < TOP && cloth.fold.count[bin] > 0.0 {
+        if top.what < 2 && top.off.abs() < PARAMS.top && cloth.fold.count[bin] > 0.0 {
             let colour = cloth.fold.colour[bin];
             tops.push((top.what, [0, 1, 2].map(|c| f64::from(colour[c]) * mean[c]), f64::from(cloth.fold.count[bin])));
         }
     }
-    let groups = colour::k_means(&tops.iter().map(|t| (t.1, t.2)).collect::<Vec<_>>(), 2, white);
-    let group_of = |linear: [f64; 3]| {
+    let clusters = colour::k_means(&tops.iter().map(|t| (t.1, t.2)).collect::<Vec<_>>(), 2, white);
+    let cluster_of = |linear: [f64; 3]| {
         let lab = colour::lab(linear.map(|v| v / white));
-        (0..groups.len()).min_by(|&a, &b| colour::delta_e(groups[a].lab, lab).total_cmp(&colour::delta_e(groups[b].lab, lab))).unwrap_or(0)
+        (0..clusters.len())
+            .min_by(|&a, &b| colour::delta_e(clusters[a].lab, lab).total_cmp(&colour::delta_e(clusters[b].lab, lab)))
+            .unwrap_or(0)
     };
-    // Weights of each thread's tops in each group.
+    // Weights of each thread's tops in each cluster.
     let mut shared = [[0.0_f64; 2]; 2];
-    let grouped: Vec<usize> = tops.iter().map(|t| group_of(t.1)).collect();
-    tops.iter().zip(&grouped).for_each(|(t, &g)| shared[t.0][g] += t.2);
+    let clustered: Vec<usize> = tops.iter().map(|t| cluster_of(t.1)).collect();
+    tops.iter().zip(&clustered).for_each(|(t, &g)| shared[t.0][g] += t.2);
     let straight = shared[0][0] + shared[1][1];
     let crossed = shared[0][1] + shared[1][0];
     let total = straight + crossed;
-    let apart = straight.max(crossed) > AGREEMENT * total;
+    let apart = straight.max(crossed) > PARAMS.agreement * total;
     let own = |thread: usize| if straight >= crossed { thread } else { 1 - thread };
     let colours = [0, 1].map(|thread| {
         let (mut sum, mut weight) = ([0.0; 3], 0.0);
-        for (t, &g) in tops.iter().zip(&grouped) {
+        for (t, &g) in tops.iter().zip(&clustered) {
             if t.0 == thread && (!apart || g == own(thread)) {
                 (0..3).for_each(|c| sum[c] += t.1[c] * t.2);
                 weight += t.2;
             }
         }
-        (sum.map(|s| s / f64::max(weight, 1e-9)), weight)
+        (sum.map(|s| s / f64::max(weight, PARAMS.least)), weight)
     });
     let labs = colours.map(|c| colour::lab(c.0.map(|v| v / white)));
     (colours, colour::delta_e(labs[0], labs[1]))
