@@ -102,14 +102,27 @@ impl Dictionary {
     }
 }
 
-impl CustomDictionary {
-    fn parse(source: &Source) -> Result<Self> {
-        let bad = |line: usize, problem: String, remedy: &str| -> Error {
-            BadInput::new(problem, remedy).in_file(&source.path).at_line(line).into()
-        };
-        const FORM: &str = "write `nmarkers`, `markersize` and `marker_0`, `marker_1` ..., a `key: value` a line, as OpenCV does";
-        let (mut count, mut side, mut correction) = (None, None, None);
-        let mut texts: Vec<(usize, usize, &str)> = Vec::new();
+/// What a dictionary file must look like.
+const FORM: &str = "write `nmarkers`, `markersize` and `marker_0`, `marker_1` ..., a `key: value` a line, as OpenCV does";
+
+fn bad_line(source: &Source, line: usize, problem: String, remedy: &str) -> Error {
+    BadInput::new(problem, remedy).in_file(&source.path).at_line(line).into()
+}
+
+/// The keys of a dictionary file, each with its line.
+#[derive(Default)]
+struct DictionaryKeys<'a> {
+    count: Option<(usize, usize)>,
+    side: Option<(usize, usize)>,
+    correction: Option<(usize, usize)>,
+    /// Number, line and bits of each marker.
+    markers: Vec<(usize, usize, &'a str)>,
+}
+
+impl<'a> DictionaryKeys<'a> {
+    fn read(source: &'a Source) -> Result<Self> {
+        let bad = |line: usize, problem: String, remedy: &str| bad_line(source, line, problem, remedy);
+        let mut keys = Self::default();
         for (k, text) in source.text.lines().enumerate() {
             let (line, text) = (k + 1, text.trim());
             if text.is_empty() || text.starts_with(['%', '#']) || matches!(text, "---" | "...") {
@@ -124,16 +137,16 @@ impl CustomDictionary {
                 _ => Err(bad(line, format!("{key} is \"{}\"", shortened(value)), &format!("write a whole number from {least} to {most}"))),
             };
             let slot = match key {
-                "nmarkers" => (&mut count, number(1, MAX_MARKERS)?),
-                "markersize" => (&mut side, number(*SIDES.start(), *SIDES.end())?),
-                "maxCorrectionBits" => (&mut correction, number(0, SIDES.end() * SIDES.end())?),
+                "nmarkers" => (&mut keys.count, number(1, MAX_MARKERS)?),
+                "markersize" => (&mut keys.side, number(*SIDES.start(), *SIDES.end())?),
+                "maxCorrectionBits" => (&mut keys.correction, number(0, SIDES.end() * SIDES.end())?),
                 _ => {
                     let id = key.strip_prefix("marker_").and_then(|id| id.parse::<usize>().ok()).filter(|id| *id < MAX_MARKERS);
                     let Some(id) = id else { return Err(bad(line, format!("there is no key \"{}\"", shortened(key)), FORM)) };
-                    if let Some(old) = texts.iter().find(|t| t.0 == id) {
+                    if let Some(old) = keys.markers.iter().find(|t| t.0 == id) {
                         return Err(bad(line, format!("{key} stands in line {} already", old.1), "keep one of the two"));
                     }
-                    texts.push((id, line, value));
+                    keys.markers.push((id, line, value));
                     continue;
                 }
             };
@@ -141,41 +154,56 @@ impl CustomDictionary {
                 return Err(bad(line, format!("{key} stands in line {old} already"), "keep one of the two"));
             }
         }
-        let end = source.text.lines().count().max(1);
-        let missing = |key: &str| bad(end, format!("`{key}` is missing"), FORM);
-        let ((count_line, count), (_, side)) = (count.ok_or_else(|| missing("nmarkers"))?, side.ok_or_else(|| missing("markersize"))?);
-        texts.sort_by_key(|t| t.0);
-        for (k, (id, line, _)) in texts.iter().enumerate() {
+        keys.markers.sort_by_key(|t| t.0);
+        Ok(keys)
+    }
+
+    /// The bits of `count` markers, numbered from 0, each of `side` x `side`.
+    fn bits(&self, source: &Source, (count_line, count): (usize, usize), side: usize) -> Result<Vec<Vec<bool>>> {
+        for (k, (id, line, _)) in self.markers.iter().enumerate() {
             if *id != k {
-                return Err(bad(*line, format!("marker_{k} is missing before marker_{id}"), "number the markers from 0 without gaps"));
+                let problem = format!("marker_{k} is missing before marker_{id}");
+                return Err(bad_line(source, *line, problem, "number the markers from 0 without gaps"));
             }
         }
-        if texts.len() != count {
-            let problem = format!("nmarkers is {count}, but there are {} markers", texts.len());
-            return Err(bad(count_line, problem, "write as many as there are"));
+        if self.markers.len() != count {
+            let problem = format!("nmarkers is {count}, but there are {} markers", self.markers.len());
+            return Err(bad_line(source, count_line, problem, "write as many as there are"));
         }
         let mut markers = Vec::with_capacity(count);
-        for (id, line, text) in &texts {
+        for (id, line, text) in &self.markers {
             if text.len() != side * side || !text.bytes().all(|b| matches!(b, b'0' | b'1')) {
                 let problem = format!("marker_{id} is \"{}\" ({} characters)", shortened(text), text.chars().count());
                 let remedy = format!("write {} times 0 or 1, the bits row by row, for a marker of {side} x {side}", side * side);
-                return Err(bad(*line, problem, &remedy));
+                return Err(bad_line(source, *line, problem, &remedy));
             }
             markers.push(text.bytes().map(|b| b == b'1').collect::<Vec<bool>>());
         }
+        Ok(markers)
+    }
+}
+
+impl CustomDictionary {
+    fn parse(source: &Source) -> Result<Self> {
+        let keys = DictionaryKeys::read(source)?;
+        let end = source.text.lines().count().max(1);
+        let missing = |key: &str| bad_line(source, end, format!("`{key}` is missing"), FORM);
+        let (count, (_, side)) = (keys.count.ok_or_else(|| missing("nmarkers"))?, keys.side.ok_or_else(|| missing("markersize"))?);
+        let markers = keys.bits(source, count, side)?;
         // As OpenCV's own dictionaries: what is nearer to one marker than to any other, however it is turned, is that one.
         let (nearest, pair) = nearest(&markers, side);
         if nearest == 0 {
             let problem = format!("marker_{} and marker_{} look alike, or alike when turned", pair.0, pair.1);
-            return Err(bad(texts[pair.1].1, problem, "keep markers that differ in every turn, and from themselves turned"));
+            let remedy = "keep markers that differ in every turn, and from themselves turned";
+            return Err(bad_line(source, keys.markers[pair.1].1, problem, remedy));
         }
         let most = (nearest - 1) / 2;
-        if let Some((line, bits)) = correction.filter(|c| c.1 > most) {
+        if let Some((line, bits)) = keys.correction.filter(|c| c.1 > most) {
             let problem = format!("maxCorrectionBits is {bits}, but marker_{} and marker_{} differ in {nearest} bits only", pair.0, pair.1);
-            return Err(bad(line, problem, &format!("write at most {most}, or leave it out")));
+            return Err(bad_line(source, line, problem, &format!("write at most {most}, or leave it out")));
         }
         let name = source.path.file_name().map_or_else(|| "dictionary".to_owned(), |n| n.to_string_lossy().into_owned());
-        Ok(Self { name, side, correction: correction.map_or(most, |c| c.1), markers })
+        Ok(Self { name, side, correction: keys.correction.map_or(most, |c| c.1), markers })
     }
 }
 

@@ -156,7 +156,7 @@ impl Sheet {
     /// # Errors
     /// Bad input for anything that is no sidecar of a wrap sheet around a plane or a cylinder.
     pub fn read(path: &Path) -> Result<Self> {
-        let remedy = "name the .json that `biscale fold MATERIAL -o SHEET.pdf --on ...` wrote";
+        let remedy = "name the .json beside a folding pattern that was made for an object";
         let bad = |problem: String| Error::from(BadInput::new(problem, remedy).in_file(path));
         let length = std::fs::metadata(path).map_err(|e| Error::reading(path, e))?.len();
         if length > MAX_BYTES {
@@ -164,7 +164,7 @@ impl Sheet {
         }
         let bytes = std::fs::read(path).map_err(|e| Error::reading(path, e))?;
         let sidecar: Sidecar = serde_json::from_slice(&bytes).map_err(|e| bad(format!("this is no sidecar of a sheet: {e}")))?;
-        let wrap = sidecar.wrap.ok_or_else(|| bad("this sheet was not made for an object (`--on`): it has no markers".into()))?;
+        let wrap = sidecar.wrap.ok_or_else(|| bad("this sheet was not made for an object: it has no markers".into()))?;
         let thickness = sidecar.recipe.map_or(0.0, |r| r.thickness);
         let extent = match wrap.target {
             Target::Plane { width, height } => DVec2::new(width, height),

@@ -1,16 +1,22 @@
 //! A photograph in the report, with what was found drawn over it.
 
-use super::{escape, word};
+use super::text::{jpeg_address, word};
 use crate::photo::PlanarImage;
-use base64::Engine as _;
-use base64::engine::general_purpose::STANDARD;
 use biscale::formats::capture::{Check, Severity};
 use biscale::render::picture::linear_to_srgb;
 use glam::DVec2;
-use std::fmt::Write as _;
+use maud::{Markup, html};
 
 /// Largest side of a picture in the report, px.
 const SIDE: usize = 900;
+/// Quality of its JPEG, of 100.
+const QUALITY: u8 = 85;
+/// Percent of the pixels of a linear photograph that are shown without being cut off at white.
+const SHOWN_PERCENT: usize = 99;
+/// Colour of saturated pixels: magenta, which no sample has.
+const SATURATED: [u8; 3] = [255, 0, 200];
+/// Width of a photograph over half of the size of a cross.
+const TICKS: f64 = 200.0;
 
 /// Something drawn over a photograph, px.
 #[derive(Clone, Debug)]
@@ -77,70 +83,62 @@ pub(super) fn thumbnail(picture: &PlanarImage, saturated: Option<&[bool]>, encod
         *mean = mean.map(|m| m / count);
     }
     let mut bright: Vec<f32> = means.iter().map(|m| m[0].max(m[1]).max(m[2])).collect();
-    let k = (bright.len() - 1) * 99 / 100;
+    let k = (bright.len() - 1) * SHOWN_PERCENT / 100;
     let white = bright.select_nth_unstable_by(k, f32::total_cmp).1.max(1e-12);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
     let byte = |v: f32| {
         let shown = if encoded { f64::from(v) } else { linear_to_srgb(f64::from(v / white)) };
         (255.0 * shown.clamp(0.0, 1.0) + 0.5) as u8
     };
-    let pixels: Vec<u8> = means.iter().zip(&over).flat_map(|(m, over)| if *over { [255, 0, 200] } else { m.map(byte) }).collect();
+    let pixels: Vec<u8> = means.iter().zip(&over).flat_map(|(m, over)| if *over { SATURATED } else { m.map(byte) }).collect();
     let mut out = Vec::new();
     let (width, height) = (u32::try_from(width).unwrap_or(1), u32::try_from(height).unwrap_or(1));
-    let encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut out, 85);
+    let encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut out, QUALITY);
     // Writing into memory fails for no picture of this size.
     let _ = image::ImageEncoder::write_image(encoder, &pixels, width, height, image::ExtendedColorType::Rgb8);
     out
 }
 
-/// A JPEG in a page.
-pub(super) fn image(jpeg: &[u8]) -> String {
-    format!("data:image/jpeg;base64,{}", STANDARD.encode(jpeg))
-}
-
 /// The photograph in the page, with its marks, numbers and what failed.
-pub(super) fn figure(out: &mut String, view: &PhotoView, checks: &[Check], large: bool) {
+pub(super) fn figure(view: &PhotoView, checks: &[Check], large: bool) -> Markup {
     let (w, h) = view.size;
-    let class = if large { " class=\"large\"" } else { "" };
-    let _ = write!(
-        out,
-        "<figure{class}><svg viewBox=\"0 0 {w} {h}\"><image href=\"{}\" width=\"{w}\" height=\"{h}\" preserveAspectRatio=\"none\"/>",
-        image(&view.jpeg)
-    );
-    let tick = w as f64 / 200.0;
-    for mark in &view.marks {
-        // A pixel's centre has whole coordinates; the picture's corner is half a pixel away.
-        let at = |p: DVec2| (p.x + 0.5, p.y + 0.5);
-        match mark {
-            Mark::Outline(points, kind) => {
-                let points: String = points.iter().map(|p| format!("{:.1},{:.1} ", at(*p).0, at(*p).1)).collect();
-                let _ = write!(out, "<polygon class=\"{kind}\" points=\"{points}\"/>");
+    let tick = w as f64 / TICKS;
+    let failed = checks.iter().filter(|c| c.photograph.as_deref() == Some(&view.title) && c.severity > Severity::Ok);
+    html! {
+        figure class=[large.then_some("large")] {
+            svg viewBox={ "0 0 " (w) " " (h) } {
+                image href=(jpeg_address(&view.jpeg)) width=(w) height=(h) preserveAspectRatio="none" {}
+                @for mark in &view.marks { (drawn(mark, tick)) }
             }
-            Mark::Cross(p) => {
-                let (x, y) = at(*p);
-                let _ = write!(
-                    out,
-                    "<path class=\"cross\" d=\"M{:.1} {y:.1}h{:.1}M{x:.1} {:.1}v{:.1}\"/>",
-                    x - tick,
-                    2.0 * tick,
-                    y - tick,
-                    2.0 * tick
-                );
-            }
-            Mark::Circle(p, r, kind) => {
-                let (x, y) = at(*p);
-                let _ = write!(out, "<circle class=\"{kind}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{r:.1}\"/>");
+            figcaption {
+                b { (view.title) }
+                @for (name, value) in &view.rows { br; (name) ": " (value) }
+                @for c in failed { br; span class=(word(c.severity)) { (c.code) } " " (c.message) }
             }
         }
     }
-    let _ = write!(out, "</svg><figcaption><b>{}</b>", escape(&view.title));
-    for (name, value) in &view.rows {
-        let _ = write!(out, "<br>{}: {}", escape(name), escape(value));
+}
+
+/// A mark in the picture; `tick` is half of the size of a cross.
+fn drawn(mark: &Mark, tick: f64) -> Markup {
+    // A pixel's centre has whole coordinates; the picture's corner is half a pixel away.
+    let at = |p: DVec2| (p.x + 0.5, p.y + 0.5);
+    let short = |v: f64| format!("{v:.1}");
+    match mark {
+        Mark::Outline(points, kind) => {
+            let points: String = points.iter().map(|p| format!("{:.1},{:.1} ", at(*p).0, at(*p).1)).collect();
+            html! { polygon class=(kind) points=(points) {} }
+        }
+        Mark::Cross(p) => {
+            let (x, y) = at(*p);
+            let (left, top, whole) = (x - tick, y - tick, 2.0 * tick);
+            html! { path class="cross" d=(format!("M{left:.1} {y:.1}h{whole:.1}M{x:.1} {top:.1}v{whole:.1}")) {} }
+        }
+        Mark::Circle(p, r, kind) => {
+            let (x, y) = at(*p);
+            html! { circle class=(kind) cx=(short(x)) cy=(short(y)) r=(short(*r)) {} }
+        }
     }
-    for c in checks.iter().filter(|c| c.photograph.as_deref() == Some(&view.title) && c.severity > Severity::Ok) {
-        let _ = write!(out, "<br><span class=\"{}\">{}</span> {}", word(c.severity), c.code, escape(&c.message));
-    }
-    out.push_str("</figcaption></figure>\n");
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! The camera, and what its lens does to brightness.
 
 use super::session::{Session, name_of};
+use crate::board::Board;
 use crate::checks::{BLURRY, CALIBRATION_RMS, CALIBRATION_SIGMA, COVERAGE, CheckCode, Limits, PARTIAL, Reading, UNEVEN, VIEWS};
 use crate::dictionary::Dictionary;
 use crate::edges;
@@ -10,11 +11,17 @@ use crate::noise;
 use crate::photo::Samples;
 use crate::report::{Mark, PhotoView};
 use crate::shoot::{FlatMethod, Role};
-use crate::vision::calibrate::{self, FEWEST_CORNERS};
+use crate::vision::calibrate::{self, BoardView, Calibration, FEWEST_CORNERS};
 use crate::vision::{GreyImage8, board, markers};
 use biscale::error::Result;
 use biscale::formats::capture::{Camera, FlatField, Severity};
 use glam::DVec2;
+use std::path::PathBuf;
+
+/// A calibration fails at this many times the limit from which on it warns. Chosen.
+const FAIL_TIMES: f64 = 4.0;
+/// Deviation of the markers' size from that of the board, relative. Chosen: a ruler tells half a millimetre of 20 mm.
+const MARKER_SCALE: Limits = Limits { warn: 0.02, fail: 0.05 };
 
 impl Session<'_> {
     /// Calibrates from the board views, or takes the camera that is given.
@@ -24,36 +31,61 @@ impl Session<'_> {
         let Some(layout) = shoot.board.as_ref().filter(|_| !files.is_empty()) else {
             return Ok(self.given_camera());
         };
-        let (mut views, mut names) = (Vec::new(), Vec::new());
+        let (names, views) = self.board_views(&files, layout)?;
+        let Some((width, height)) = self.size else { return Ok(self.given_camera()) };
+        let Some(calibration) = calibrate::calibrate(&views, width, height)? else {
+            let good = views.iter().filter(|v| v.len() >= FEWEST_CORNERS).count();
+            let message = format!("{good} views show the board well enough, too few to calibrate the camera; take more than {VIEWS}");
+            let reading = Reading::of_shoot(good as f64, "views");
+            self.checks.valued(CheckCode::TooFewViews, Severity::Fail, reading, f64::from(VIEWS), &message);
+            return Ok(self.given_camera());
+        };
+        self.calibration_checks(&calibration);
+        let dropped = self.dropped_views(&calibration, &names, &views);
+        self.report.corners = views.iter().zip(&calibration.used).filter(|(_, u)| **u).flat_map(|(v, _)| v.iter().map(|c| c.1)).collect();
+        let lens = calibration.lens;
+        self.lens = Some(lens);
+        let used = calibration.used.iter().filter(|u| **u).count();
+        Ok(Some(Camera {
+            source: "calibrated".into(),
+            sigma: Some(calibration.sigma),
+            rms_px: Some(calibration.rms),
+            views: u32::try_from(used).unwrap_or(u32::MAX),
+            dropped,
+            coverage: Some(calibration.coverage),
+            ..describe(&lens)
+        }))
+    }
+
+    /// The corners that each readable photograph of the board shows, with its name.
+    fn board_views(&mut self, files: &[&PathBuf], layout: &Board) -> Result<(Vec<String>, Vec<BoardView>)> {
+        let (mut names, mut views) = (Vec::new(), Vec::new());
         for file in files {
             let name = name_of(file);
             let Some(photo) = self.photo(file)? else {
                 self.step("calibrating")?;
                 continue;
             };
-            let gray = GreyImage8::of(&photo.picture, photo.samples != Samples::Float);
-            let found = board::detect(&gray, layout)?;
-            let mut view = PhotoView::new(&name, Role::Board.name(), &photo.picture, None, photo.samples != Samples::Float);
+            let encoded = photo.samples != Samples::Float;
+            let grey = GreyImage8::of(&photo.picture, encoded);
+            let found = board::detect(&grey, layout)?;
+            let mut view = PhotoView::new(&name, Role::Board.name(), &photo.picture, None, encoded);
             view.marks.extend(found.markers.iter().map(|m| Mark::Outline(m.1.to_vec(), "marker")));
             view.marks.extend(found.corners.iter().map(|c| Mark::Cross(c.1)));
             view.row("corners", format!("{} of {}", found.corners.len(), layout.count()));
             self.report.views.push(view);
-            self.board_checks(&name, &gray, &found, layout)?;
+            self.board_checks(&name, &grey, &found, layout)?;
             views.push(found.corners);
             names.push(name);
             self.step("calibrating")?;
         }
-        let Some((width, height)) = self.size else { return Ok(self.given_camera()) };
-        let calibration = calibrate::calibrate(&views, width, height)?;
-        let good = views.iter().filter(|v| v.len() >= FEWEST_CORNERS).count();
-        let Some(calibration) = calibration else {
-            let message = format!("{good} views show the board well enough, too few to calibrate the camera; take more than {VIEWS}");
-            self.checks.valued(CheckCode::TooFewViews, Severity::Fail, Reading::of_shoot(good as f64, "views"), f64::from(VIEWS), &message);
-            return Ok(self.given_camera());
-        };
+        Ok((names, views))
+    }
+
+    /// Checks whether the calibration rests on enough views, all over the picture, and explains them.
+    fn calibration_checks(&mut self, calibration: &Calibration) {
         let used = calibration.used.iter().filter(|u| **u).count();
-        let enough = used > VIEWS as usize;
-        let (severity, message) = if enough {
+        let (severity, message) = if used > VIEWS as usize {
             (Severity::Ok, "enough views of the board")
         } else {
             (Severity::Warn, "few views of the board: take more than 10, tilted by up to 45 degrees to all sides")
@@ -67,35 +99,22 @@ impl Session<'_> {
                 "large parts of the picture, of a 10 x 10 grid, never show the board: distortion is a guess there; bring the board to the corners",
             )
         };
-        self.checks.valued(
-            CheckCode::BadCoverage,
-            severity,
-            Reading::of_shoot(calibration.coverage, "share of a 10 x 10 grid"),
-            COVERAGE,
-            message,
-        );
-        let limits = Limits { warn: CALIBRATION_RMS, fail: 4.0 * CALIBRATION_RMS };
+        let reading = Reading::of_shoot(calibration.coverage, "share of a 10 x 10 grid");
+        self.checks.valued(CheckCode::BadCoverage, severity, reading, COVERAGE, message);
+        let limits = |warn: f64| Limits { warn, fail: FAIL_TIMES * warn };
         let bad = "the camera does not explain the corners: is the board flat, in focus, and as described?";
-        self.checks.limit(
-            CheckCode::CalibrationError,
-            Reading::of_shoot(calibration.rms, "px (RMS)"),
-            limits,
-            "the camera explains the corners",
-            bad,
-        );
-        let lens = calibration.lens;
-        let s = &calibration.sigma;
+        let reading = Reading::of_shoot(calibration.rms, "px (RMS)");
+        self.checks.limit(CheckCode::CalibrationError, reading, limits(CALIBRATION_RMS), "the camera explains the corners", bad);
+        let (lens, s) = (calibration.lens, &calibration.sigma);
         let relative = [s[0] / lens.focal.x, s[1] / lens.focal.y, s[2] / lens.centre.x, s[3] / lens.centre.y];
         let worst = 3.0 * relative.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
-        let limits = Limits { warn: CALIBRATION_SIGMA, fail: 4.0 * CALIBRATION_SIGMA };
         let bad = "focal length or principal point are uncertain: tilt the board more, and bring it nearer";
-        self.checks.limit(
-            CheckCode::CalibrationError,
-            Reading::of_shoot(worst, "3 sigma over value"),
-            limits,
-            "focal length and centre are certain",
-            bad,
-        );
+        let reading = Reading::of_shoot(worst, "3 sigma over value");
+        self.checks.limit(CheckCode::CalibrationError, reading, limits(CALIBRATION_SIGMA), "focal length and centre are certain", bad);
+    }
+
+    /// Tells the reprojection error of each view; returns the names of those that the calibration left out.
+    fn dropped_views(&mut self, calibration: &Calibration, names: &[String], views: &[BoardView]) -> Vec<String> {
         let mut dropped = Vec::new();
         for (k, name) in names.iter().enumerate() {
             let error = calibration.view_errors[k];
@@ -107,25 +126,16 @@ impl Session<'_> {
             }
             if !calibration.used[k] && views[k].len() >= FEWEST_CORNERS {
                 let message = format!("its error is {error:.2} px, far over the others': it was left out of the calibration");
-                self.checks.valued(CheckCode::CalibrationError, Severity::Ok, Reading::of(name, error, "px"), calibration.rms, &message);
+                let reading = Reading::of(name, error, "px");
+                self.checks.valued(CheckCode::CalibrationError, Severity::Ok, reading, calibration.rms, &message);
                 dropped.push(name.clone());
             }
         }
-        self.report.corners = views.iter().zip(&calibration.used).filter(|(_, u)| **u).flat_map(|(v, _)| v.iter().map(|c| c.1)).collect();
-        self.lens = Some(lens);
-        Ok(Some(Camera {
-            source: "calibrated".into(),
-            sigma: Some(calibration.sigma),
-            rms_px: Some(calibration.rms),
-            views: u32::try_from(used).unwrap_or(u32::MAX),
-            dropped,
-            coverage: Some(calibration.coverage),
-            ..describe(&lens)
-        }))
+        dropped
     }
 
     /// What a board view shows, or why it does not.
-    fn board_checks(&mut self, name: &str, gray: &GreyImage8, found: &board::DetectedBoard, layout: &crate::board::Board) -> Result<()> {
+    fn board_checks(&mut self, name: &str, gray: &GreyImage8, found: &board::DetectedBoard, layout: &Board) -> Result<()> {
         if found.corners.is_empty() {
             return self.nothing_found(name, gray, layout.dictionary.as_ref(), "the board", Severity::Warn);
         }
@@ -139,7 +149,7 @@ impl Session<'_> {
             self.checks.limit(
                 CheckCode::ScaleMismatch,
                 Reading::of(name, (scale - 1.0).abs(), "relative"),
-                Limits { warn: 0.02, fail: 0.05 },
+                MARKER_SCALE,
                 "markers and squares have the sizes that [board] says",
                 bad,
             );

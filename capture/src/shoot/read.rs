@@ -11,9 +11,16 @@ use biscale::toml_reader::{Range, Source, TableReader, range};
 use glam::{DVec2, DVec3};
 use std::path::PathBuf;
 
+/// Lengths, mm.
 const LENGTH: Range = range(1e-3, 1e5);
+/// Coordinates, mm.
 const PLACE: Range = range(-1e5, 1e5);
+/// Coordinates, px.
 const PIXEL: Range = range(-1e5, 1e5);
+/// Shutter times, s.
+const SECONDS: Range = range(1e-7, 1e5);
+/// Vectors as short as this have no direction.
+const NO_LENGTH: f64 = 1e-9;
 /// Name of the light where a file names none.
 const ONLY_LIGHT: &str = "light";
 
@@ -165,12 +172,25 @@ const DICTIONARY: &str = "DICT_5X5_100";
 fn sample(t: TableReader<'_>, board: Option<&Board>) -> Result<SampleSpec> {
     let sheet = t.path("sheet")?.map(|file| Sheet::read(&file)).transpose()?;
     let offset = t.f64("offset_mm", range(0.0, 1e3))?.unwrap_or(0.0);
+    let shape = shape(&t, sheet.as_ref(), offset)?;
+    let on = registration(&t, sheet, board, shape)?;
+    let kind = match t.choice("surface", &["weave", "relief", "other"])? {
+        Some(1) => SurfaceKind::Relief,
+        Some(2) => SurfaceKind::Other,
+        _ => SurfaceKind::Weave,
+    };
+    t.finish()?;
+    Ok(SampleSpec { shape, on, offset, kind })
+}
+
+/// The shape that is written, or that of the sheet.
+fn shape(t: &TableReader<'_>, sheet: Option<&Sheet>, offset: f64) -> Result<Shape> {
     let shape = t.choice("shape", &["plane", "cylinder"])?;
     let length = |key| t.f64(key, LENGTH);
     let (width, height, radius) = (length("width_mm")?, length("height_mm")?, length("radius_mm")?);
     let arc_deg = t.array::<2>("arc_deg", range(-720.0, 720.0))?;
     let need = |value: Option<f64>, key| value.ok_or_else(|| t.missing(key, "100.0"));
-    let shape = match (shape, sheet.as_ref().map(|s| (s.target, s))) {
+    let shape = match (shape, sheet.map(|s| (s.target, s))) {
         (None, Some((Target::Plane { .. }, s))) => Shape::Plane(s.extent),
         (None, Some((Target::Cylinder { radius: bare, .. }, s))) => Shape::Cylinder {
             radius: radius.unwrap_or(bare + s.thickness + offset),
@@ -194,41 +214,31 @@ fn sample(t: TableReader<'_>, board: Option<&Board>) -> Result<SampleSpec> {
             "write two angles, the smaller first",
         ));
     }
-    let centre = t.array::<2>("board_mm", PLACE)?.map(DVec2::from);
-    let on = match (sheet, centre, board) {
-        (Some(_), Some(_), _) => {
-            return Err(t.error_at("board_mm", "the sample has a sheet and a place on the board", "keep one of the two"));
+    Ok(shape)
+}
+
+/// What registers the sample: its sheet, its place on the board, or nothing.
+fn registration(t: &TableReader<'_>, sheet: Option<Sheet>, board: Option<&Board>, shape: Shape) -> Result<Registration> {
+    let round = matches!(shape, Shape::Cylinder { .. });
+    match (sheet, t.array::<2>("board_mm", PLACE)?.map(DVec2::from), board) {
+        (Some(_), Some(_), _) => Err(t.error_at("board_mm", "the sample has a sheet and a place on the board", "keep one of the two")),
+        (Some(sheet), None, _) if round != matches!(sheet.target, Target::Cylinder { .. }) => {
+            Err(t.error_at("shape", "the sheet was made for another shape", "leave `shape` out: the sheet says it"))
         }
-        (Some(sheet), None, _) => {
-            let round = matches!(sheet.target, Target::Cylinder { .. });
-            if round != matches!(shape, Shape::Cylinder { .. }) {
-                return Err(t.error_at("shape", "the sheet was made for another shape", "leave `shape` out: the sheet says it"));
-            }
-            Registration::Sheet(Box::new(sheet))
+        (Some(sheet), None, _) => Ok(Registration::Sheet(Box::new(sheet))),
+        (None, Some(_), None) => Err(t.error_at("board_mm", "there is no [board]", "describe the board, or name a `sheet`")),
+        (None, Some(_), Some(_)) if round => {
+            let remedy = "use the `sheet` that a folding pattern for a cylinder comes with";
+            Err(t.error_at("board_mm", "a cylinder cannot lie on the board", remedy))
         }
-        (None, Some(_), None) => return Err(t.error_at("board_mm", "there is no [board]", "describe the board, or name a `sheet`")),
-        (None, Some(_), Some(_)) if matches!(shape, Shape::Cylinder { .. }) => {
-            return Err(t.error_at(
-                "board_mm",
-                "a cylinder cannot lie on the board",
-                "use the `sheet` that `fold --on cylinder:...` writes",
-            ));
-        }
-        (None, Some(centre), Some(_)) => Registration::Board(centre),
-        (None, None, _) => Registration::None,
-    };
-    let kind = match t.choice("surface", &["weave", "relief", "other"])? {
-        Some(1) => SurfaceKind::Relief,
-        Some(2) => SurfaceKind::Other,
-        _ => SurfaceKind::Weave,
-    };
-    t.finish()?;
-    Ok(SampleSpec { shape, on, offset, kind })
+        (None, Some(centre), Some(_)) => Ok(Registration::Board(centre)),
+        (None, None, _) => Ok(Registration::None),
+    }
 }
 
 fn direction(t: &TableReader<'_>, key: &'static str) -> Result<Option<DVec3>> {
     let Some(v) = t.array::<3>(key, PLACE)?.map(DVec3::from) else { return Ok(None) };
-    if v.length() < 1e-9 {
+    if v.length() < NO_LENGTH {
         return Err(t.error_at(key, "the direction has no length", "write a vector such as [0, 0, 1]"));
     }
     Ok(Some(v.normalize()))
@@ -248,28 +258,8 @@ fn light(t: TableReader<'_>) -> Result<LightSpec> {
 fn photo(t: TableReader<'_>) -> Result<PhotoSpec> {
     let words: Vec<&str> = ROLES.iter().map(|r| r.0).collect();
     let role = ROLES[t.choice("role", &words)?.ok_or_else(|| t.missing("role", "\"distant\""))?].1;
-    let mut files: Vec<PathBuf> = t.path("file")?.into_iter().collect();
-    if let Some(names) = t.strings("files")? {
-        if !files.is_empty() {
-            return Err(t.error_at(
-                "files",
-                "`file` and `files` are both given",
-                "keep one: `files` are the brackets of one view, or views of the board",
-            ));
-        }
-        for name in names {
-            let path = t.source().folder().join(name);
-            if !path.is_file() {
-                return Err(t.error_at("files", format!("there is no file \"{name}\""), "write paths relative to the folder of this file"));
-            }
-            files.push(path);
-        }
-    }
-    if files.is_empty() {
-        return Err(t.missing("file", "\"IMG_0001.tif\""));
-    }
-    let positive = range(1e-7, 1e5);
-    let seconds = match t.f64("seconds", positive) {
+    let files = files(&t)?;
+    let seconds = match t.f64("seconds", SECONDS) {
         Ok(one) => one.into_iter().collect(),
         Err(e) => numbers(&t, "seconds", files.len())?.ok_or(e)?,
     };
@@ -280,23 +270,6 @@ fn photo(t: TableReader<'_>) -> Result<PhotoSpec> {
             "write one time a file, in brackets",
         ));
     }
-    let radius = t.f64("stick_radius_mm", range(0.0, 1e3))?.unwrap_or(0.0);
-    let stick = match (t.array::<2>("stick_mm", PLACE)?, t.f64("stick_height_mm", LENGTH)?, t.array::<2>("shadow_px", PIXEL)?) {
-        (Some(foot), Some(height), shadow) => Some(Stick { foot: foot.into(), height, radius, shadow_px: shadow.map(DVec2::from) }),
-        (Some(_), None, _) => return Err(t.missing("stick_height_mm", "30.0")),
-        (None, Some(_), _) | (None, None, Some(_)) => return Err(t.missing("stick_mm", "[0.0, 0.0]")),
-        (None, None, None) => None,
-    };
-    let eye = t.array::<3>("eye", PLACE)?.map(DVec3::from);
-    let (target, up) = (t.array::<3>("target", PLACE)?.map_or(DVec3::ZERO, DVec3::from), direction(&t, "up")?.unwrap_or(DVec3::Z));
-    let view = match eye {
-        Some(eye) if (target - eye).cross(up).length() < 1e-9 => {
-            return Err(t.error_at("up", "the camera looks along `up`, or stands at its target", "choose another `up`"));
-        }
-        Some(eye) => Some([eye, target, up]),
-        None if t.has("target") || t.has("up") => return Err(t.missing("eye", "[0.0, 0.0, 500.0]")),
-        None => None,
-    };
     let out = PhotoSpec {
         line: t.line(),
         role,
@@ -308,17 +281,60 @@ fn photo(t: TableReader<'_>) -> Result<PhotoSpec> {
         checker_px: t.array::<8>("checker_px", PIXEL)?.map(|c| std::array::from_fn(|k| DVec2::new(c[2 * k], c[2 * k + 1]))),
         ball_px: t.array::<3>("ball_px", PIXEL)?,
         highlight_px: t.array::<2>("highlight_px", PIXEL)?.map(DVec2::from),
-        stick,
+        stick: stick(&t)?,
         mm_per_px: t.f64("mm_per_px", range(1e-6, 1e3))?,
-        view,
+        view: view(&t)?,
     };
     t.finish()?;
     Ok(out)
 }
 
+/// The file of a photograph, or the files of its brackets.
+fn files(t: &TableReader<'_>) -> Result<Vec<PathBuf>> {
+    let mut files: Vec<PathBuf> = t.path("file")?.into_iter().collect();
+    if let Some(names) = t.strings("files")? {
+        if !files.is_empty() {
+            let remedy = "keep one: `files` are the brackets of one view, or views of the board";
+            return Err(t.error_at("files", "`file` and `files` are both given", remedy));
+        }
+        for name in names {
+            let path = t.source().folder().join(name);
+            if !path.is_file() {
+                return Err(t.error_at("files", format!("there is no file \"{name}\""), "write paths relative to the folder of this file"));
+            }
+            files.push(path);
+        }
+    }
+    if files.is_empty() { Err(t.missing("file", "\"IMG_0001.tif\"")) } else { Ok(files) }
+}
+
+fn stick(t: &TableReader<'_>) -> Result<Option<Stick>> {
+    let radius = t.f64("stick_radius_mm", range(0.0, 1e3))?.unwrap_or(0.0);
+    match (t.array::<2>("stick_mm", PLACE)?, t.f64("stick_height_mm", LENGTH)?, t.array::<2>("shadow_px", PIXEL)?) {
+        (Some(foot), Some(height), shadow) => Ok(Some(Stick { foot: foot.into(), height, radius, shadow_px: shadow.map(DVec2::from) })),
+        (Some(_), None, _) => Err(t.missing("stick_height_mm", "30.0")),
+        (None, Some(_), _) | (None, None, Some(_)) => Err(t.missing("stick_mm", "[0.0, 0.0]")),
+        (None, None, None) => Ok(None),
+    }
+}
+
+/// Where the camera stands, what it looks at, and what is up.
+fn view(t: &TableReader<'_>) -> Result<Option<[DVec3; 3]>> {
+    let eye = t.array::<3>("eye", PLACE)?.map(DVec3::from);
+    let (target, up) = (t.array::<3>("target", PLACE)?.map_or(DVec3::ZERO, DVec3::from), direction(t, "up")?.unwrap_or(DVec3::Z));
+    match eye {
+        Some(eye) if (target - eye).cross(up).length() < NO_LENGTH => {
+            Err(t.error_at("up", "the camera looks along `up`, or stands at its target", "choose another `up`"))
+        }
+        Some(eye) => Ok(Some([eye, target, up])),
+        None if t.has("target") || t.has("up") => Err(t.missing("eye", "[0.0, 0.0, 500.0]")),
+        None => Ok(None),
+    }
+}
+
 /// `count` positive numbers in brackets; TOML arrays of any length are read for up to nine brackets.
 fn numbers(t: &TableReader<'_>, key: &'static str, count: usize) -> Result<Option<Vec<f64>>> {
-    let r = range(1e-7, 1e5);
+    let r = SECONDS;
     Ok(match count {
         1 => t.array::<1>(key, r)?.map(Vec::from),
         2 => t.array::<2>(key, r)?.map(Vec::from),

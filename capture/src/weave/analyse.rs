@@ -1,10 +1,11 @@
 //! The analysis, step by step: what repeats, whether threads explain it, and what else could.
 
-use super::analysis::Analysis;
+use super::analysis::{Analysis, Weave};
 use super::finding::{Finding, FindingCode};
 use super::input::{RectifiedPhoto, WeaveOptions, check};
 use super::orientation::Edges;
-use super::{cloth, relief, scale, threads};
+use super::scale::{self, Scale};
+use super::{cloth, relief, threads};
 use biscale::error::Result;
 
 /// Fewest pixels from thread to thread for which a draft is trusted: the pitch of the finest of the drawn cloths that the figures of
@@ -36,51 +37,61 @@ pub fn analyse(photo: &RectifiedPhoto<'_>, options: &WeaveOptions) -> Result<Ana
         }
     };
     let edges = Edges::of(&scale.field);
-    let found = cloth::find(&scale, &edges, options.draft.as_ref());
-    let Some(cloth) = found.filter(|c| !c.fits.is_empty()) else {
-        // It repeats along one direction, or so that no threads can lie in it.
-        if options.draft.is_some() {
-            let message = "the photograph repeats, but not as a cloth of the given draft does".to_owned();
-            result.findings.push(Finding { code: FindingCode::AmbiguousWeave, message, measured: 1.0, threshold: MAX_UNEXPLAINED });
-            return Ok(result);
-        }
-        if scale.lattice.basis.len() == 1 {
-            let measured = relief::repeating(&scale);
-            if measured < relief::MIN_REPEATING {
-                let message = format!(
-                    "brightness changes across one direction, but only {:.0} % of that repeats, as at an edge or a shadow: show more of the surface",
-                    100.0 * measured
-                );
-                result.findings.push(Finding { code: FindingCode::NoPeriod, message, measured, threshold: relief::MIN_REPEATING });
-                return Ok(result);
-            }
-        }
-        let relief = relief::describe(photo, &scale);
-        result.turn_deg = Some(relief.turn_deg);
-        result.relief = Some(relief);
+    let Some(cloth) = cloth::find(&scale, &edges, options.draft.as_ref()).filter(|c| !c.fits.is_empty()) else {
+        without_threads(photo, &scale, options, &mut result);
         return Ok(result);
     };
     let turns = cloth.grid.turns();
     result.turn_deg = Some(0.5 * (turns[0] + turns[1]).to_degrees());
     result.edge_turn_deg = Some(edges.sharpen(0.5 * (turns[0] + turns[1])).to_degrees());
     let weave = threads::describe(photo, &scale, &cloth, options.draft.as_ref());
+    result.findings = doubts(&weave);
+    result.weave = Some(weave);
+    Ok(result)
+}
+
+/// What repeats along one direction, or so that no threads can lie in it: a relief, or nothing that can be told.
+fn without_threads(photo: &RectifiedPhoto<'_>, scale: &Scale, options: &WeaveOptions, result: &mut Analysis) {
+    if options.draft.is_some() {
+        let message = "the photograph repeats, but not as a cloth of the given draft does".to_owned();
+        result.findings.push(Finding { code: FindingCode::AmbiguousWeave, message, measured: 1.0, threshold: MAX_UNEXPLAINED });
+        return;
+    }
+    if scale.lattice.basis.len() == 1 {
+        let measured = relief::repeating(scale);
+        if measured < relief::MIN_REPEATING {
+            let message = format!(
+                "brightness changes across one direction, but only {:.0} % of that repeats, as at an edge or a shadow: show more of the surface",
+                100.0 * measured
+            );
+            result.findings.push(Finding { code: FindingCode::NoPeriod, message, measured, threshold: relief::MIN_REPEATING });
+            return;
+        }
+    }
+    let relief = relief::describe(photo, scale);
+    result.turn_deg = Some(relief.turn_deg);
+    result.relief = Some(relief);
+}
+
+/// What makes a weave doubtful: threads of few pixels, a draft that explains little, or hardly more than another.
+fn doubts(weave: &Weave) -> Vec<Finding> {
+    let mut findings = Vec::new();
     let fewest = weave.warp.pixels.min(weave.weft.pixels);
     if fewest < MIN_PIXELS_A_THREAD {
         let message = format!(
             "threads are {fewest:.1} pixels apart: what is on top is a guess; photograph from nearer, {MIN_PIXELS_A_THREAD} pixels a thread or more"
         );
-        result.findings.push(Finding { code: FindingCode::Undersampled, message, measured: fewest, threshold: MIN_PIXELS_A_THREAD });
+        findings.push(Finding { code: FindingCode::Undersampled, message, measured: fewest, threshold: MIN_PIXELS_A_THREAD });
     }
     if weave.unexplained > MAX_UNEXPLAINED {
         let message = format!("no draft explains more than {:.0} % of what the photograph shows", 100.0 * (1.0 - weave.unexplained));
         let (measured, threshold) = (weave.unexplained, MAX_UNEXPLAINED);
-        result.findings.push(Finding { code: FindingCode::AmbiguousWeave, message, measured, threshold });
+        findings.push(Finding { code: FindingCode::AmbiguousWeave, message, measured, threshold });
     } else if weave.confidence < MIN_CONFIDENCE {
         let message =
             format!("another draft explains the photograph nearly as well as {}: give the draft, or a photograph from nearer", weave.class);
         let (measured, threshold) = (weave.confidence, MIN_CONFIDENCE);
-        result.findings.push(Finding { code: FindingCode::AmbiguousWeave, message, measured, threshold });
+        findings.push(Finding { code: FindingCode::AmbiguousWeave, message, measured, threshold });
     }
-    result.weave = Some(weave);
-    Ok(result)
+    findings
 }

@@ -22,17 +22,55 @@ struct AutocorrelationParams {
 const PARAMS: AutocorrelationParams =
     AutocorrelationParams { reach: 12, search: 0.2, farthest_part: 3.0, least: 0.05, fewest: 3, least_deviation: 0.02 };
 
+/// A peak of the autocorrelation: whole multiples of the expected vectors, its place in pixels, and its height as weight.
+type ShiftPeak = ([f64; 2], DVec2, f64);
+
 /// The vectors after which a cut repeats, near the vectors `expected` (one or two, in pixels), and the standard error of their components.
 ///
 /// Peaks of the autocorrelation are located between pixels by parabolas, and the vectors fitted to all within a third of the cut.
 pub(super) fn repeats(spectrum: &Spectrum, expected: &[DVec2]) -> Option<(Vec<DVec2>, f64)> {
+    let peaks = located(spectrum, expected);
+    let (mut mm, mut mn, mut nn, mut mp, mut np) = (0.0, 0.0, 0.0, DVec2::ZERO, DVec2::ZERO);
+    for &([m, n], p, weight) in &peaks {
+        (mm, mn, nn) = (mm + weight * m * m, mn + weight * m * n, nn + weight * n * n);
+        (mp, np) = (mp + p * weight * m, np + p * weight * n);
+    }
+    let basis: Vec<DVec2> = if expected.len() == 1 {
+        if mm <= 0.0 {
+            return None;
+        }
+        vec![mp / mm]
+    } else {
+        let matrix = DMat2::from_cols(DVec2::new(mm, mn), DVec2::new(mn, nn));
+        if peaks.len() < PARAMS.fewest || matrix.determinant().abs() < NO_INFORMATION {
+            return None;
+        }
+        let inverse = matrix.inverse();
+        let x = inverse * DVec2::new(mp.x, np.x);
+        let y = inverse * DVec2::new(mp.y, np.y);
+        vec![DVec2::new(x.x, y.x), DVec2::new(x.y, y.y)]
+    };
+    let value = |[m, n]: [f64; 2]| basis[0] * m + basis.get(1).map_or(DVec2::ZERO, |b| *b * n);
+    let weights: f64 = peaks.iter().map(|u| u.2).sum();
+    let squares: f64 = peaks.iter().map(|&(whole, p, weight)| weight * (value(whole) - p).length_squared()).sum();
+    let freedom = (peaks.len() as f64 - basis.len() as f64).max(1.0);
+    let variance = (squares / weights * peaks.len() as f64 / freedom / 2.0).max(PARAMS.least_deviation * PARAMS.least_deviation);
+    let information = mm.min(if expected.len() == 1 { mm } else { nn }) / weights * peaks.len() as f64;
+    Some((basis, (variance / information.max(NO_INFORMATION)).sqrt()))
+}
+
+/// Sums of weights and squared whole numbers below this are rounding.
+const NO_INFORMATION: f64 = 1e-9;
+
+/// The peaks of the autocorrelation near whole multiples of the expected vectors.
+fn located(spectrum: &Spectrum, expected: &[DVec2]) -> Vec<ShiftPeak> {
     let values = spectrum.autocorrelation();
     let (w, h) = (spectrum.width as i64, spectrum.height as i64);
     let at = |x: i64, y: i64| f64::from(values[(y.rem_euclid(h) * w + x.rem_euclid(w)) as usize]);
     let shortest = expected.iter().map(|e| e.length()).fold(f64::INFINITY, f64::min);
     let radius = ((PARAMS.search * shortest).ceil() as i64).max(1);
     let farthest = w.min(h) as f64 / PARAMS.farthest_part;
-    let mut used: Vec<([f64; 2], DVec2, f64)> = Vec::new();
+    let mut peaks: Vec<ShiftPeak> = Vec::new();
     for m in 0..=PARAMS.reach {
         for n in -PARAMS.reach..=PARAMS.reach {
             if (m == 0 && n <= 0) || (expected.len() == 1 && n != 0) {
@@ -55,34 +93,8 @@ pub(super) fn repeats(spectrum: &Spectrum, expected: &[DVec2]) -> Option<(Vec<DV
                 if bend < 0.0 { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 }
             };
             let peak = DVec2::new(x as f64 + offset(at(x - 1, y), at(x + 1, y)), y as f64 + offset(at(x, y - 1), at(x, y + 1)));
-            used.push((whole, peak, here));
+            peaks.push((whole, peak, here));
         }
     }
-    let (mut mm, mut mn, mut nn, mut mp, mut np) = (0.0, 0.0, 0.0, DVec2::ZERO, DVec2::ZERO);
-    for &([m, n], p, weight) in &used {
-        (mm, mn, nn) = (mm + weight * m * m, mn + weight * m * n, nn + weight * n * n);
-        (mp, np) = (mp + p * weight * m, np + p * weight * n);
-    }
-    let basis: Vec<DVec2> = if expected.len() == 1 {
-        if mm <= 0.0 {
-            return None;
-        }
-        vec![mp / mm]
-    } else {
-        let matrix = DMat2::from_cols(DVec2::new(mm, mn), DVec2::new(mn, nn));
-        if used.len() < PARAMS.fewest || matrix.determinant().abs() < 1e-9 {
-            return None;
-        }
-        let inverse = matrix.inverse();
-        let x = inverse * DVec2::new(mp.x, np.x);
-        let y = inverse * DVec2::new(mp.y, np.y);
-        vec![DVec2::new(x.x, y.x), DVec2::new(x.y, y.y)]
-    };
-    let value = |[m, n]: [f64; 2]| basis[0] * m + basis.get(1).map_or(DVec2::ZERO, |b| *b * n);
-    let weights: f64 = used.iter().map(|u| u.2).sum();
-    let squares: f64 = used.iter().map(|&(whole, p, weight)| weight * (value(whole) - p).length_squared()).sum();
-    let freedom = (used.len() as f64 - basis.len() as f64).max(1.0);
-    let variance = (squares / weights * used.len() as f64 / freedom / 2.0).max(PARAMS.least_deviation * PARAMS.least_deviation);
-    let information = mm.min(if expected.len() == 1 { mm } else { nn }) / weights * used.len() as f64;
-    Some((basis, (variance / information.max(1e-9)).sqrt()))
+    peaks
 }
