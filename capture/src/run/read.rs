@@ -61,7 +61,7 @@ impl Session<'_> {
             let Some(photo) = self.photo(file)? else { return Ok(None) };
             if let Some(why) = linear::why_not_linear(&photo, &self.shoot.camera, self.options.assume_srgb) {
                 let message = format!(
-                    "{why}; convert the camera's raw file to linear 16-bit TIFF or EXR, or take it as sRGB with --assume-srgb, which loses accuracy (if \
+                    "{why}; convert the camera's raw file to linear 16-bit TIFF or EXR, or take it as sRGB (`assume_srgb`), which loses accuracy (if \
                      it is linear all the same, write `linear = true` under [camera])"
                 );
                 self.checks.add(CheckCode::NotLinear, Severity::Fail, Some(&name), message);

@@ -110,7 +110,9 @@ pub fn run(args: &CaptureArgs, common: &CommonArgs) -> Result<u8> {
     }
     for check in capture.checks.iter().filter(|c| c.severity == Severity::Fail) {
         let photograph = check.photograph.as_ref().map_or(String::new(), |p| format!("{p}: "));
-        output::say(&format!("error: {}: {photograph}{}{}", check.code, check.message, measured(check)));
+        // Checks name options by their fields, as they do in `capture.json`.
+        let message = check.message.replace("`assume_srgb`", "--assume-srgb");
+        output::say(&format!("error: {}: {photograph}{message}{}", check.code, measured(check)));
     }
     Ok(if capture.usable { 0 } else { exit::FAILED })
 }
