@@ -32,7 +32,7 @@ pub const fn both_see(light: u64, viewer: u64) -> u64 {
 mod tests {
     use super::*;
     use crate::facets::SETS;
-    use crate::low_discrepancy::hash;
+    use crate::numerics::low_discrepancy::hash;
 
     #[test]
     fn counts_are_those_of_a_loop_over_bits() {

@@ -157,7 +157,7 @@ pub fn cholesky_solve(l: &[f64], b: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use biscale::low_discrepancy::gaussian;
+    use biscale::numerics::low_discrepancy::gaussian;
 
     fn value(p: &Normal, x: &[f64]) -> f64 {
         let n = p.n;

@@ -1,7 +1,7 @@
 //! What a user should know about a small-scale BRDF before trusting it: energy, reciprocity, origin.
 
 use super::{Brdf, Colour};
-use crate::low_discrepancy::{fraction, sobol_3d};
+use crate::numerics::low_discrepancy::{fraction, sobol_3d};
 use glam::DVec3;
 
 /// Angles of incidence at which energy is checked, degrees from the normal.

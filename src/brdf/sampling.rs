@@ -142,7 +142,7 @@ impl Lobe {
 mod tests {
     use super::super::tests::{above, every_model};
     use super::*;
-    use crate::low_discrepancy::{fraction, sobol_3d};
+    use crate::numerics::low_discrepancy::{fraction, sobol_3d};
 
     /// `count` samples for a known direction at `theta`.
     fn samples(brdf: &Brdf, theta: f64, count: u32) -> (DVec3, Vec<Option<(DVec3, f64)>>) {

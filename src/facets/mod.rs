@@ -17,8 +17,8 @@ mod random;
 pub use random::random;
 
 use crate::clusters::{Cluster, clusters};
-use crate::low_discrepancy::{fraction, sobol_2d};
 use crate::material::{SmallScale, Tint};
+use crate::numerics::low_discrepancy::{fraction, sobol_2d};
 use glam::{DVec2, DVec3, Vec3};
 use rustc_hash::FxHashMap;
 use std::cmp::Ordering;

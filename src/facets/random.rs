@@ -2,9 +2,9 @@
 //! [`super::sample`], whose errors are smaller and known.
 
 use super::{ALIGNMENT, Density, Facets, Sample, Surface};
-use crate::low_discrepancy::{fraction, hash};
 use crate::material::{SmallScale, Tint};
-use crate::random::hash_64;
+use crate::numerics::low_discrepancy::{fraction, hash};
+use crate::numerics::random::hash_64;
 use glam::DVec3;
 use kdtree::KdTree;
 use kdtree::distance::squared_euclidean;

@@ -8,7 +8,7 @@ use super::builder::TileBuilder;
 use super::params::{Param, Unit, number, scaled, whole};
 use super::values::GeometryValues;
 use crate::error::Result;
-use crate::random::Random;
+use crate::numerics::random::Random;
 use crate::toml_reader::range;
 use glam::{DMat3, DVec2, DVec3};
 use std::f64::consts::TAU;

@@ -12,7 +12,7 @@
 //! added in the order of the rows: the same bits at any number of threads. The random vectors come from counters.
 
 use crate::error::{Error, Result};
-use crate::low_discrepancy::gaussian;
+use crate::numerics::low_discrepancy::gaussian;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use rayon::prelude::*;

@@ -7,7 +7,7 @@ use crate::direction::above_horizon;
 use crate::error::Result;
 use crate::filter::Control;
 use crate::geometry::Tile;
-use crate::low_discrepancy::{fraction, sobol_2d};
+use crate::numerics::low_discrepancy::{fraction, sobol_2d};
 use crate::table::{lattice_weights, nodes};
 use crate::visibility::rays::{PeriodicBvh, Traced};
 use glam::DVec3;

@@ -7,7 +7,7 @@
 
 use crate::error::{BadInput, Result};
 use crate::image_file::{self, Raster};
-use crate::low_discrepancy::{fraction, hash, sobol_2d};
+use crate::numerics::low_discrepancy::{fraction, hash, sobol_2d};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 use std::path::Path;

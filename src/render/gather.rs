@@ -6,7 +6,7 @@ use super::world::{MAX_LAYERS, NOTHING, World};
 use crate::direction::MIN_COSINE;
 use crate::error::Result;
 use crate::filter::Control;
-use crate::low_discrepancy::{fraction, hash, sobol_2d};
+use crate::numerics::low_discrepancy::{fraction, hash, sobol_2d};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::ops::Range;

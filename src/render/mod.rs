@@ -27,7 +27,7 @@ pub mod world;
 
 use crate::error::{Error, Result};
 use crate::filter::{Control, Quality};
-use crate::low_discrepancy::hash;
+use crate::numerics::low_discrepancy::hash;
 use demand::{PROBES, Plan, Table, full_table};
 use gather::{View, gather};
 use glam::Vec3;

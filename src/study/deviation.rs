@@ -93,7 +93,7 @@ fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::low_discrepancy::gaussian;
+    use crate::numerics::low_discrepancy::gaussian;
 
     #[test]
     fn the_noise_of_the_truth_is_taken_off_in_squares() {

@@ -1,8 +1,8 @@
 //! What every method is asked: lists of pairs of directions, made from a seed.
 
 use crate::direction::Pair;
-use crate::low_discrepancy::{fraction, hash, sobol_2d};
-use crate::random::hash_64;
+use crate::numerics::low_discrepancy::{fraction, hash, sobol_2d};
+use crate::numerics::random::hash_64;
 use glam::DVec3;
 use std::f64::consts::TAU;
 

@@ -16,7 +16,7 @@ use crate::direction::Pair;
 use crate::error::{BadInput, Error, Result};
 use crate::filter::{Control, Effective, Quality, Value, effective};
 use crate::material::SmallScale;
-use crate::random::{Random, mix};
+use crate::numerics::random::{Random, mix};
 use glam::DVec3;
 use std::f64::consts::TAU;
 use std::ops::Range;

@@ -205,7 +205,7 @@ mod tests {
     use super::super::rays::{Occlusion, PeriodicBvh};
     use super::super::test_tiles::{flat, height_field, point, rough, v_groove};
     use super::*;
-    use crate::random::Random;
+    use crate::numerics::random::Random;
     use std::f64::consts::TAU;
 
     /// Compares horizon and rays at random points, azimuths and elevations.

@@ -1,6 +1,6 @@
 use super::super::test_tiles::{direction, extruded, flat, height_field, point, rough, soup, tile, upper, v_groove};
 use super::*;
-use crate::random::Random;
+use crate::numerics::random::Random;
 use glam::DVec2;
 use std::f64::consts::PI;
 

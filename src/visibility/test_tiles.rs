@@ -1,7 +1,7 @@
 //! Small surfaces that the tests of this crate share.
 
 use crate::geometry::{HeightGrid, Tile};
-use crate::random::Random;
+use crate::numerics::random::Random;
 use glam::{DVec2, DVec3};
 
 /// Uniform in solid angle over the upper hemisphere.

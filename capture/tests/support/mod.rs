@@ -9,7 +9,7 @@
 
 pub mod flat_shoot;
 
-use biscale::random::mix;
+use biscale::numerics::random::mix;
 use biscale_capture::board::{Board, BoardKind};
 use biscale_capture::colour::{by_rows, checker_rgb};
 use biscale_capture::lens::{Lens, Pose, farthest};

@@ -2,7 +2,7 @@
 
 #![allow(dead_code, reason = "each test uses a part of it")]
 
-use biscale::random::Random as Stream;
+use biscale::numerics::random::Random as Stream;
 use rayon::prelude::*;
 
 /// How a cloth looks.

@@ -1,6 +1,6 @@
 //! Surfaces that other programs were measured on.
 
-use biscale::random::Random;
+use biscale::numerics::random::Random;
 use biscale_fabricate::mesh::Triangles;
 use glam::DVec3;
 

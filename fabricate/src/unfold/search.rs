@@ -9,7 +9,7 @@
 //! small pieces dissolve into large ones. The best of all runs is taken.
 
 use super::net::{Move, Net, Outcome, Problem};
-use biscale::random::Random;
+use biscale::numerics::random::Random;
 use glam::DVec3;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;

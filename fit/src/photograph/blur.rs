@@ -129,7 +129,7 @@ fn again(grey: &[f64], width: usize, height: usize) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::photograph::image::{Image, Pinhole, Role};
-    use biscale::low_discrepancy::gaussian;
+    use biscale::numerics::low_discrepancy::gaussian;
     use biscale::render::scene::{Camera, Light, Object};
     use biscale::toml_reader::{Source, TableReader};
 

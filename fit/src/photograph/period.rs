@@ -234,7 +234,7 @@ mod tests {
     fn what_does_not_repeat_has_no_period() {
         assert_eq!(picture(200, 100, |x, _| (x * 0.2).sin() + 2.0).period(1), None);
         assert_eq!(picture(200, 100, |_, _| 1.0).period(0), None);
-        let noise = |x: f64, y: f64| f64::from(biscale::low_discrepancy::hash((x as u32) * 1000 + y as u32)) / 4e9;
+        let noise = |x: f64, y: f64| f64::from(biscale::numerics::low_discrepancy::hash((x as u32) * 1000 + y as u32)) / 4e9;
         assert_eq!(picture(200, 100, noise).period(0), None);
     }
 }

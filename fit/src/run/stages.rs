@@ -231,7 +231,7 @@ pub(super) fn model_of<'m>(
 ) -> Result<Model<'m>> {
     let spec = prepared.spec;
     #[expect(clippy::cast_possible_truncation, reason = "all of the seed is used")]
-    let seed = biscale::random::hash_64(options.seed ^ (start.number as u64) << 32) as u32;
+    let seed = biscale::numerics::random::hash_64(options.seed ^ (start.number as u64) << 32) as u32;
     let close_up = prepared.close_up.as_ref();
     let indirect = start.indirect.as_deref();
     let at = |values: &[f64]| Model::new(spec, cells, close_up, variant, indirect, samples, seed, values, prepared.opaque, control);

@@ -2,7 +2,7 @@
 
 use crate::residuals::model::{Indirect, Model};
 use crate::residuals::unknowns::Variable;
-use biscale::low_discrepancy::{fraction, hash};
+use biscale::numerics::low_discrepancy::{fraction, hash};
 use serde::Serialize;
 use std::sync::Arc;
 

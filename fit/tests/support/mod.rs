@@ -6,8 +6,8 @@ pub mod rows;
 pub mod scene;
 
 use biscale::filter::Control;
-use biscale::low_discrepancy::{fraction, gaussian, hash, sobol_2d};
 use biscale::material::{Material, SmallScale};
+use biscale::numerics::low_discrepancy::{fraction, gaussian, hash, sobol_2d};
 use biscale::render::picture::{Picture, linear_to_srgb};
 use biscale::toml_reader::Source;
 use biscale::visibility::rays::{Occlusion, PeriodicBvh, Traced};

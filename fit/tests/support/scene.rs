@@ -2,7 +2,7 @@
 
 use super::question::{GROOVES_MOVE, WEAVE_MOVES, grooves, run, weave};
 use super::{Faults, LIGHTS, PERFECT, REAL, material, set_under};
-use biscale::random::Random;
+use biscale::numerics::random::Random;
 use biscale_fit::fit_file::spec::Spec;
 use biscale_fit::run::{Options, Outcome};
 use biscale_fit::search::optimise::Optimiser;

@@ -19,8 +19,8 @@ use crate::clusters::SPREAD_PER_ALPHA;
 use crate::direction::Pair;
 use crate::error::Result;
 use crate::facets::Clustering;
-use crate::low_discrepancy::hash;
 use crate::material::{SmallScale, Surface, Tint};
+use crate::numerics::low_discrepancy::hash;
 use rounds::{MIN_BUDGET_SAMPLES, Outcome, Run, SAFETY};
 
 /// Longer lists of distinct pairs choose the number of samples on a part, and each round on the whole is a new one: their sums are not kept.

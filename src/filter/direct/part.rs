@@ -2,7 +2,7 @@
 
 use crate::direction::Pair;
 use crate::filter::demand::{Demand, Wanted};
-use crate::low_discrepancy::hash;
+use crate::numerics::low_discrepancy::hash;
 
 /// Most pairs of the part of a list on which the number of samples is chosen, the share of the list that it is, and fewest: what costs less than
 /// rounds on the whole list, and still tells its error.

@@ -161,7 +161,7 @@ impl Map {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::low_discrepancy::{fraction, sobol_2d};
+    use crate::numerics::low_discrepancy::{fraction, sobol_2d};
     use std::f64::consts::{PI, TAU};
 
     const BOTH: [Projection; 2] = [Projection::Paraboloid, Projection::EqualArea];

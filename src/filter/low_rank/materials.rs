@@ -244,7 +244,7 @@ mod tests {
     use super::super::map::Projection;
     use super::*;
     use crate::brdf::Distribution;
-    use crate::low_discrepancy::gaussian;
+    use crate::numerics::low_discrepancy::gaussian;
     use crate::numerics::randomized_svd::{Iteration, Params, Rows, factor};
 
     fn rough() -> Brdf {

@@ -6,8 +6,8 @@
 use super::map::{Map, Projection};
 use super::materials::along_colour;
 use crate::brdf::{Brdf, Colour};
-use crate::low_discrepancy::fraction;
-use crate::random::hash_64;
+use crate::numerics::low_discrepancy::fraction;
+use crate::numerics::random::hash_64;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};

@@ -2,8 +2,8 @@
 
 use crate::brdf::{Brdf, Colour};
 use crate::error::Result;
-use crate::low_discrepancy::{fraction, hash, sobol_2d, sobol_3d};
 use crate::material::{SmallScale, Tint};
+use crate::numerics::low_discrepancy::{fraction, hash, sobol_2d, sobol_3d};
 use crate::visibility::rays::{Hit, Occlusion, PeriodicBvh, Traced};
 use glam::{DVec2, DVec3};
 

@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::filter::{Method, effective};
 use crate::geometry::Tile;
 use crate::material::{Surface, Tint, TintImage};
-use crate::random::Random;
+use crate::numerics::random::Random;
 use crate::visibility::test_tiles::{direction, extruded, flat, rough, tile, upper, v_groove};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;

@@ -1,9 +1,10 @@
 //! Low-discrepancy points and the hashes that scramble them.
 //!
-//! Everything random in this crate comes from here or from [`crate::random`]: a function of a seed and of indices, so that results do not
+//! Everything random in this crate comes from here or from [`super::random`]: a function of a seed and of indices, so that results do not
 //! depend on the order in which threads work.
 
-use crate::random::hash_64;
+use super::cast::halves;
+use super::random::hash_64;
 
 /// A 32-bit fraction as a number in 0..1, at the middle of its step.
 pub fn fraction(bits: u32) -> f64 {
@@ -65,8 +66,7 @@ pub fn hash(mut x: u32) -> u32 {
 /// A number of the standard normal distribution: number `counter` of the stream `seed` (Box and Muller 1958).
 pub fn gaussian(seed: u64, counter: u64) -> f64 {
     let bits = hash_64(hash_64(seed) ^ counter);
-    #[expect(clippy::cast_possible_truncation, reason = "each half is one number")]
-    let (radius, turn) = (fraction((bits >> 32) as u32), fraction(bits as u32));
+    let [radius, turn] = halves(bits).map(fraction);
     (-2.0 * libm::log(radius)).sqrt() * libm::cos(std::f64::consts::TAU * turn)
 }
 
