@@ -1,7 +1,7 @@
 //! Derivatives of the residuals by all unknowns, by central differences over a step that visibility bits do not spoil.
 
 use crate::parallel::in_parallel;
-use crate::residuals::equations::{Evaluated, HUBER, Origin};
+use crate::residuals::equations::{Evaluated, Origin, huber_weight};
 use crate::residuals::model::Model;
 use crate::residuals::unknowns::UnknownKind;
 use biscale::error::Result;
@@ -52,7 +52,7 @@ pub fn sides(point: &[f64]) -> Vec<Vec<f64>> {
 pub fn derivatives(model: &Model<'_>, point: &[f64], best: &Evaluated, control: &Control<'_>) -> Result<Derivatives> {
     let moved = in_parallel(&sides(point), |_, at| model.evaluate_with(at, Some(&best.linear), control))?;
     let mut derivatives = derivatives_of(model, point, best, &moved);
-    if model.close_up.is_none() {
+    if model.input.close_up.is_none() {
         return Ok(derivatives);
     }
     let n = point.len();
@@ -84,8 +84,7 @@ pub fn derivatives(model: &Model<'_>, point: &[f64], best: &Evaluated, control: 
 /// Roots of the weights of all residuals: their own, and Huber's.
 pub fn weights(best: &Evaluated) -> Vec<f64> {
     let weight = |k: usize| best.rows.get(k).map_or(1.0, |(row, _)| row.weight);
-    let huber = |r: f64| if r.abs() <= HUBER { 1.0 } else { HUBER / r.abs() };
-    residuals(best).iter().enumerate().map(|(k, r)| (weight(k) * huber(*r)).sqrt()).collect()
+    residuals(best).iter().enumerate().map(|(k, r)| (weight(k) * huber_weight(*r)).sqrt()).collect()
 }
 
 /// The derivatives at a point, from the evaluations of its [`sides`] with the linear unknowns held; `None` of those that make no surface.
@@ -116,7 +115,7 @@ pub fn derivatives_of(model: &Model<'_>, point: &[f64], best: &Evaluated, moved:
     let mut close_up: Vec<bool> = best.rows.iter().map(|(_, origin)| *origin == Origin::CloseUp).collect();
     let covers = model.covers();
     close_up.extend((0..best.fixed.len()).map(|k| k < covers));
-    let photographs = model.photographs.len();
+    let photographs = model.input.photographs.len();
     let group = |k: usize| match best.rows.get(k).map(|(_, origin)| *origin) {
         Some(Origin::Cell(p, ..)) => p,
         _ if close_up[k] => photographs,

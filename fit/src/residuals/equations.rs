@@ -2,12 +2,10 @@
 
 use crate::bounded_least_squares::Normal;
 use crate::photograph::direction_bins::Cells;
+use crate::residuals::params::PARAMS;
 
-/// Residuals beyond this many standard deviations count linearly (Huber 1964).
-pub const HUBER: f64 = 2.5;
-/// Most rounds of reweighting, and the change of the objective that ends them.
-const ROUNDS: usize = 12;
-const SETTLED: f64 = 1e-7;
+/// Residuals beyond this many standard deviations count linearly.
+const HUBER: f64 = PARAMS.huber;
 
 /// One equation, linear in the unknowns.
 #[derive(Clone, Debug, Default)]
@@ -24,8 +22,14 @@ pub struct Row {
     pub weight: f64,
 }
 
-/// Rows with their origins, and residuals that do not depend on the unknowns.
-pub(crate) type Equations = (Vec<(Row, Origin)>, Vec<f64>);
+/// What the photographs and priors ask of a state.
+#[derive(Clone, Debug, Default)]
+pub struct Equations {
+    /// Rows with their origins.
+    pub rows: Vec<(Row, Origin)>,
+    /// Residuals that do not depend on the unknowns, in standard deviations.
+    pub fixed: Vec<f64>,
+}
 
 /// Where a row comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,18 +84,23 @@ impl Evaluated {
 }
 
 /// Twice Huber's loss of a residual: its square, or linear beyond [`HUBER`].
-pub(crate) fn huber(r: f64) -> f64 {
+pub fn huber(r: f64) -> f64 {
     let a = r.abs();
     if a <= HUBER { a * a } else { HUBER * (2.0 * a - HUBER) }
 }
 
+/// What a residual counts in the least squares that have the same slope as Huber's loss.
+pub fn huber_weight(r: f64) -> f64 {
+    if r.abs() <= HUBER { 1.0 } else { HUBER / r.abs() }
+}
+
 /// The unknowns that make Huber's loss of the rows least, by reweighted least squares.
-pub(crate) fn solve(rows: Vec<(Row, Origin)>, fixed: Vec<f64>, lower: &[f64], upper: &[f64]) -> Evaluated {
+pub fn solve(Equations { rows, fixed }: Equations, lower: &[f64], upper: &[f64]) -> Evaluated {
     let count = (rows.iter().map(|(row, _)| row.weight).sum::<f64>() + fixed.len() as f64).max(1e-9);
     let constant: f64 = fixed.iter().map(|&r| huber(r)).sum();
     let mut best = Evaluated { objective: f64::INFINITY, linear: vec![0.0; lower.len()], rows, fixed };
     let mut weights = vec![1.0; best.rows.len()];
-    for _ in 0..ROUNDS {
+    for _ in 0..PARAMS.huber_rounds {
         let mut normal = Normal::new(lower.len());
         for ((row, _), w) in best.rows.iter().zip(&weights) {
             normal.add(&row.terms, row.value - row.known, w * row.weight / (row.sigma * row.sigma));
@@ -100,12 +109,29 @@ pub(crate) fn solve(rows: Vec<(Row, Origin)>, fixed: Vec<f64>, lower: &[f64], up
         let residuals: Vec<f64> = best.rows.iter().map(|(row, _)| best.residual(row)).collect();
         let sum: f64 = residuals.iter().zip(&best.rows).map(|(&r, (row, _))| row.weight * huber(r)).sum();
         let objective = (sum + constant) / count;
-        let settled = (best.objective - objective).abs() <= SETTLED * objective;
+        let settled = (best.objective - objective).abs() <= PARAMS.huber_settled * objective;
         best.objective = objective;
         if settled || residuals.iter().all(|r| r.abs() <= HUBER) && weights.iter().all(|&w| w == 1.0) {
             break;
         }
-        weights = residuals.iter().map(|r| if r.abs() <= HUBER { 1.0 } else { HUBER / r.abs() }).collect();
+        weights = residuals.iter().copied().map(huber_weight).collect();
     }
     best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_outlier_counts_linearly_and_hardly_moves_the_answer() {
+        let row = |value| (Row { terms: vec![(0, 1.0)], known: 0.5, value, sigma: 0.01, weight: 1.0 }, Origin::Prior);
+        let rows = vec![row(0.8), row(0.8), row(0.8), row(0.8), row(1.4)];
+        let found = solve(Equations { rows, fixed: vec![1.0] }, &[0.0], &[1.0]);
+        // Four residuals of x pull as much as the outlier does: 4 x = 2.5.
+        assert!((found.linear[0] - (0.3 + 0.01 * 2.5 / 4.0)).abs() < 1e-6, "{found:?}");
+        let r = found.residual(&found.rows[4].0);
+        let expected = (4.0 * 0.625_f64.powi(2) + 2.5 * (2.0 * r.abs() - 2.5) + 1.0) / 6.0;
+        assert!((found.objective - expected).abs() < 1e-4, "{found:?}");
+    }
 }

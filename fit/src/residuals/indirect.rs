@@ -5,7 +5,7 @@
 use crate::near_paths;
 use crate::photograph::close_up::CloseUp;
 use crate::photograph::direction_bins::Cells;
-use crate::residuals::model::Indirect;
+use crate::residuals::input::Indirect;
 use crate::residuals::tile_view::smooth_colours;
 use biscale::direction::Pair;
 use biscale::error::Result;

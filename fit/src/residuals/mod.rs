@@ -1,10 +1,21 @@
-//! Photographs minus model: the equations that a state of the material must meet, and the colours that meet them best.
+//! Photographs minus model: where a photograph becomes a residual.
+//!
+//! [`model::Model`] evaluates a state of the material. Each source of knowledge is a [`block::ResidualBlock`]: the distant photographs
+//! ([`distant`]), the close-up ([`close_up`]) and what is known beforehand ([`priors`]). Their equations are linear in the colours, which are
+//! solved for at every evaluation ([`equations::solve`]).
 
+pub mod block;
+pub mod close_up;
+pub mod colour_basis;
 pub mod derivatives;
+pub mod distant;
 pub mod equations;
 pub mod indirect;
+pub mod input;
 pub mod model;
-mod near;
+mod near_model;
+pub mod params;
+pub mod priors;
 pub mod registration;
 pub mod tile_view;
 pub mod unknowns;

@@ -1,6 +1,7 @@
 //! The model's period laid on that of the close-up: where in it the picture begins, and what each place of it then shows.
 
 use crate::photograph::mean_period::MeanPeriod;
+use crate::residuals::equations::huber_weight;
 
 /// Places a coarse look leaves out between two, along x and y.
 const COARSE: usize = 2;
@@ -154,8 +155,7 @@ pub fn refined(picture: &[[f64; 3]], pixels: usize, mean: &MeanPeriod, sigma: &[
         for p in 0..here.len() {
             for c in 0..3 {
                 let r = (here[p][c] - mean.mean[p][c]) / sigma[p][c];
-                // As Huber counts it.
-                let w = if r.abs() <= 2.5 { 1.0 } else { 2.5 / r.abs() };
+                let w = huber_weight(r);
                 let d = [0, 1].map(|k| if moves[k] { slopes[k][p][c] / sigma[p][c] } else { 0.0 });
                 for i in 0..2 {
                     rhs[i] -= w * d[i] * r;

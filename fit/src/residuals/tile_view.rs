@@ -35,6 +35,21 @@ pub struct TileView {
     pub(crate) shares: Vec<Vec<[f64; 3]>>,
 }
 
+/// How a period is looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ViewParams {
+    /// Rays along x and along y.
+    pub size: usize,
+    /// Whether the surface is shaded as if it were round: from near the sides of threads, which a file may cut into few, show one by one.
+    pub round: bool,
+    /// Standard deviation of the blur along x and y, in periods, the extent of the photograph's pixels included.
+    pub blur: [f64; 2],
+    /// Height at which a place is the same in all pairs.
+    pub height: f64,
+    /// Seed of the places of the rays.
+    pub seed: u32,
+}
+
 /// Pixels of one kind, as [`close_up::Kind`] has them; light and tones in shares of each slot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Part {
@@ -47,22 +62,12 @@ pub struct Part {
 }
 
 impl TileView {
-    /// The period seen at `pairs` by `size` x `size` rays: those of a photograph of many periods, whose perspective sees each of them from
-    /// elsewhere, as many along x as along y. Places are those at `height`: what lies there is at the same place in all of them. `blur` is the standard deviation of the blur along x and y, in periods, the extent of
-    /// the photograph's pixels included. A surface that is `round` is shaded as such: from near the sides of threads, which a file may
-    /// cut into few, show one by one.
+    /// The period seen at `pairs`, as many along x as along y: a photograph of many periods sees each of them from elsewhere.
     ///
     /// # Errors
     /// `Interrupted`; a surface that rays cannot be traced to.
-    pub fn new(
-        small: &SmallScale,
-        slots: &[Slot],
-        (pairs, height): (&[Pair], f64),
-        blur: [f64; 2],
-        (size, round): (usize, bool),
-        seed: u32,
-        control: &Control<'_>,
-    ) -> Result<Self> {
+    pub fn new(small: &SmallScale, slots: &[Slot], pairs: &[Pair], params: &ViewParams, control: &Control<'_>) -> Result<Self> {
+        let ViewParams { size, round, blur, height, seed } = *params;
         let bvh = PeriodicBvh::new(&small.tile)?;
         let period = small.tile.period;
         let above = bvh.highest() + 1e-6 * period.max_element();
@@ -311,7 +316,9 @@ mod tests {
         let small = grooves();
         let slots = slots(&small.surfaces);
         let pair = Pair { wi: DVec3::new(0.3, 0.0, 0.7).normalize(), wo: DVec3::Z };
-        let view = TileView::new(&small, &slots, (&[pair], 0.0), [blur; 2], (60, false), 1, &control).unwrap();
+        let view =
+            TileView::new(&small, &slots, &[pair], &ViewParams { size: 60, round: false, blur: [blur; 2], height: 0.0, seed: 1 }, &control)
+                .unwrap();
         let colours: Vec<[f64; 3]> = vec![[0.6, 0.1, 0.1], [0.1, 0.6, 0.1], [0.1, 0.1, 0.6]];
         view.sorted(&colours, Some(&[0, 1, 2]), true)
     }

@@ -14,7 +14,8 @@ use crate::photograph::direction_bins::{Cells, turned};
 use crate::photograph::image::{Photograph, Role};
 use crate::residuals::derivatives;
 use crate::residuals::indirect::indirect;
-use crate::residuals::model::{Indirect, Model};
+use crate::residuals::input::Indirect;
+use crate::residuals::model::Model;
 use crate::residuals::unknowns::{self, UnknownKind};
 use crate::search::{APART, Shared, Start};
 use crate::uncertainty::identify;
@@ -92,13 +93,13 @@ pub(super) fn finish(
     }
     let state = model.state(&best.point);
     let mut text = spec.text.clone();
-    text.write(&found(spec, model.variant, &state, &model.unknowns, &evaluated.linear));
+    text.write(&found(spec, model.input.variant, &state, &model.unknowns, &evaluated.linear));
     let mut notes = prepared.notes.clone();
-    if let (Some(sides), Some(own)) = (model.variant.sides, variant::own_sides(&spec.material.geometry)) {
+    if let (Some(sides), Some(own)) = (model.input.variant.sides, variant::own_sides(&spec.material.geometry)) {
         notes.push(format!("threads of {sides} sides explain the photographs better than the {own} of the start material"));
     }
     let tile = text.material()?.build()?.tile.period.to_array();
-    let close_up = prepared.close_up.as_ref().map(|c| c.on_its_plane(model.height(), tile));
+    let close_up = prepared.close_up.as_ref().map(|c| c.on_its_plane(model.registration().map_or(0.0, |r| r.height), tile));
     if spec.scale_to_close_up {
         scale(&mut text, close_up.as_ref(), prepared, &mut notes)?;
     }
@@ -190,7 +191,7 @@ pub(super) fn finish(
 }
 
 fn coordinates(model: &Model<'_>, joint: bool) -> Vec<String> {
-    let mut names: Vec<String> = model.variables.iter().map(|v| v.name(model.spec, &model.unknowns)).collect();
+    let mut names: Vec<String> = model.variables.iter().map(|v| v.name(model.input.spec, &model.unknowns)).collect();
     if joint {
         names.extend(model.unknowns.iter().filter(|u| matches!(u.kind, UnknownKind::Colour(..))).map(|u| u.name.clone()));
     }
@@ -362,7 +363,7 @@ fn several(
                 .variables
                 .iter()
                 .zip(&start.point)
-                .map(|(v, &u)| (v.name(model.spec, &model.unknowns), v.at(model.spec, &model.unknowns, u)));
+                .map(|(v, &u)| (v.name(model.input.spec, &model.unknowns), v.at(model.input.spec, &model.unknowns, u)));
             Ok(named.collect())
         })
         .collect()

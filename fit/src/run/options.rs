@@ -1,6 +1,6 @@
 //! What the caller wants, and how fine the models of the search are.
 
-use crate::residuals::model::Level;
+use crate::residuals::input::Level;
 use crate::search::optimise::Optimiser;
 
 /// The model while all starts explore.

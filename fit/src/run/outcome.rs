@@ -107,7 +107,7 @@ impl Better<'_> {
     pub fn picture(&self, photograph: usize, control: &Control<'_>) -> Result<Option<Vec<[f32; 3]>>> {
         let Some(evaluated) = self.model.evaluate(self.point, control)? else { return Ok(None) };
         let image = &self.photographs[photograph].image;
-        let cells = &self.model.photographs[photograph];
+        let cells = &self.model.input.photographs[photograph];
         let mut rgb = vec![[f32::NAN; 3]; image.rgb.len()];
         for (members, value) in cells.members.iter().zip(evaluated.predicted(photograph, cells)) {
             for &pixel in members {

@@ -8,7 +8,8 @@ use crate::fit_file::variant::{Variant, Variants};
 use crate::parallel::in_parallel;
 use crate::photograph::direction_bins::Cells;
 use crate::residuals::indirect::indirect;
-use crate::residuals::model::{Indirect, Model, material_values};
+use crate::residuals::input::{Indirect, ModelInput, Sampling, material_values};
+use crate::residuals::model::Model;
 use crate::residuals::unknowns;
 use crate::search::optimise::{Limits, Optimiser};
 use crate::search::{self, APART, Shared, Stage, Start, Task};
@@ -157,7 +158,7 @@ impl Search<'_> {
         let one = |start: &Start| {
             let settled = self.model(&self.prepared.fine, samples, start, variants).and_then(|mut model| {
                 let evaluations = start.evaluations + model.settle_height(&start.point, self.shared.control)?;
-                Ok((model.mean_period().map(|_| [model.height(), model.doubt]), evaluations))
+                Ok((model.registration(), evaluations))
             });
             match settled {
                 Ok((laid, evaluations)) => Ok(Start { laid, evaluations, ..start.clone() }),
@@ -188,7 +189,8 @@ impl Search<'_> {
         let model = self.model(&prepared.fine, COARSE.samples, start, variants)?;
         let Some(evaluated) = model.evaluate(&start.point, control)? else { return Ok(None) };
         let state = model.state(&start.point);
-        let values = material_values(prepared.spec, &found(prepared.spec, model.variant, &state, &model.unknowns, &evaluated.linear))?;
+        let values =
+            material_values(prepared.spec, &found(prepared.spec, model.input.variant, &state, &model.unknowns, &evaluated.linear))?;
         let small = values.material()?.build()?;
         let round = model.rounded(&values)?;
         let close_up = prepared.close_up.as_ref().map(|c| (c, round.as_ref().unwrap_or(&small)));
@@ -232,9 +234,15 @@ pub(super) fn model_of<'m>(
     let spec = prepared.spec;
     #[expect(clippy::cast_possible_truncation, reason = "all of the seed is used")]
     let seed = biscale::numerics::random::hash_64(options.seed ^ (start.number as u64) << 32) as u32;
-    let close_up = prepared.close_up.as_ref();
-    let indirect = start.indirect.as_deref();
-    let at = |values: &[f64]| Model::new(spec, cells, close_up, variant, indirect, samples, seed, values, prepared.opaque, control);
+    let input = ModelInput {
+        spec,
+        photographs: cells,
+        close_up: prepared.close_up.as_ref(),
+        variant,
+        indirect: start.indirect.as_deref(),
+        opaque: prepared.opaque,
+    };
+    let at = |values: &[f64]| Model::new(input, Sampling { samples, seed }, values, control);
     let own: Vec<f64> = spec.parameters.iter().map(|p| p.start).collect();
     let mut model = at(&own)?;
     if options.joint {
@@ -253,9 +261,8 @@ pub(super) fn model_of<'m>(
             Err(error) => return Err(error),
         }
     }
-    if let Some([height, doubt]) = start.laid {
-        model.lay_at(height);
-        model.doubt = doubt;
+    if let Some(registration) = start.laid {
+        model.register(registration);
     }
     Ok(model)
 }

@@ -1,6 +1,7 @@
 //! Where searches begin: the fit file's own start, and others spread over the bounds.
 
-use crate::residuals::model::{Indirect, Model};
+use crate::residuals::input::Indirect;
+use crate::residuals::model::{Model, Registration};
 use crate::residuals::unknowns::Variable;
 use biscale::numerics::low_discrepancy::{fraction, hash};
 use serde::Serialize;
@@ -26,8 +27,8 @@ pub struct Start {
     pub restarts: usize,
     /// Which surfaces the kinds of the close-up were taken for.
     pub choice: usize,
-    /// Height at which the periods of the close-up were laid on top of each other, once it is known, and what its standard deviations are multiplied by.
-    pub laid: Option<[f64; 2]>,
+    /// How the periods of the close-up are registered, once it is known.
+    pub laid: Option<Registration>,
     /// Light that was reflected more than once, once it is known.
     #[serde(skip)]
     pub indirect: Option<Arc<Indirect>>,
@@ -53,7 +54,7 @@ pub fn latin_hypercube(count: usize, dimensions: usize, seed: u64) -> Vec<Vec<f6
 pub fn starts(model: &Model<'_>, count: usize, seed: u64) -> Vec<Vec<f64>> {
     let spread = latin_hypercube(count.saturating_sub(1), model.variables.len(), seed);
     let own = |variable: &Variable| match variable {
-        Variable::Parameter(k) => model.spec.parameters[*k].to_unit(model.spec.parameters[*k].start),
+        Variable::Parameter(k) => model.input.spec.parameters[*k].to_unit(model.input.spec.parameters[*k].start),
         Variable::Light { .. } | Variable::Linear(_) => 0.5,
     };
     let first: Vec<f64> = model.variables.iter().map(own).collect();

@@ -194,7 +194,7 @@ fn answers(
 
 /// What is known at the best point. `replicas` are the residuals there, colours and all, of models with other samples.
 pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives: &Derivatives, replicas: &[Vec<f64>]) -> Identified {
-    let spec = model.spec;
+    let spec = model.input.spec;
     let n = point.len();
     let total = n + best.linear.len();
     // Ranges in the units of the derivatives: of the box for the search; a colour cannot be more than all, a veil than the picture; an exposure is as large as it is.
@@ -203,7 +203,7 @@ pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives:
             None => 1.0,
             Some(u) => match u.kind {
                 UnknownKind::Colour(..) => (u.bounds[1] - u.bounds[0]).max(1e-9),
-                UnknownKind::Veil(p, c) => model.photographs[p].mean[c].max(1e-9),
+                UnknownKind::Veil(p, c) => model.input.photographs[p].mean[c].max(1e-9),
                 UnknownKind::Exposure => best.linear[i - n],
             },
         })
@@ -220,7 +220,7 @@ pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives:
     let count: f64 = best.rows.iter().map(|(row, _)| row.weight).sum::<f64>() + best.fixed.len() as f64;
     let chi2 = derivatives.residuals.iter().map(|r| r * r).sum::<f64>() / count.max(1.0);
     let counts: Vec<f64> = best.rows.iter().map(|(row, _)| row.weight).chain(best.fixed.iter().map(|_| 1.0)).collect();
-    let trust = trust(derivatives, &counts, model.photographs.len());
+    let trust = trust(derivatives, &counts, model.input.photographs.len());
     let covariance = |keep: &dyn Fn(usize) -> bool| {
         let mut gram = derivatives.gram(&range, |k| if keep(k) { trust[k] } else { 0.0 });
         for i in 0..total {

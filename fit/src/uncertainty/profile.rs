@@ -81,14 +81,14 @@ pub fn profiles(
     })?;
     let profile = |&i: &usize| {
         let points = tasks.iter().zip(&objectives).filter(|((k, _), f)| *k == i && f.is_finite());
-        let points = points.map(|(&(_, u), &f)| [model.variables[i].at(model.spec, &model.unknowns, u), f]).collect();
+        let points = points.map(|(&(_, u), &f)| [model.variables[i].at(model.input.spec, &model.unknowns, u), f]).collect();
         let sigma = share(i).clamp(0.003, 0.35);
         let telling = |u: f64| TELLING.contains(&((u - point[i]) / sigma).abs());
         let wider = (tasks.iter().zip(&objectives))
             .filter(|((k, u), f)| *k == i && f.is_finite() && telling(*u))
             .map(|(&(_, u), &f)| wider(derivatives, i, u - point[i], identified.residuals * (f - best.objective)))
             .fold(1.0, f64::max);
-        (i, Profile { name: model.variables[i].name(model.spec, &model.unknowns), points, wider })
+        (i, Profile { name: model.variables[i].name(model.input.spec, &model.unknowns), points, wider })
     };
     Ok(worst.iter().map(profile).collect())
 }

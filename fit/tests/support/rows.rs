@@ -15,7 +15,8 @@ use biscale_fit::photograph::image::Role;
 use biscale_fit::photograph::mean_period::uniform;
 use biscale_fit::residuals::equations::{Evaluated, Origin};
 use biscale_fit::residuals::indirect::indirect;
-use biscale_fit::residuals::model::{Indirect, Model};
+use biscale_fit::residuals::input::{Indirect, ModelInput, Sampling};
+use biscale_fit::residuals::model::Model;
 use biscale_fit::residuals::unknowns::{UnknownKind, Variable};
 use biscale_fit::run::{FINE, Outcome, POLISH_SAMPLES};
 use biscale_fit::search::descent::{Evaluate, descend};
@@ -118,7 +119,8 @@ impl<'a> Looked<'a> {
     fn model(&'a self, choice: usize, values: &[f64], indirect: Option<&'a Indirect>, control: &Control<'_>) -> Model<'a> {
         let opaque = !matches!(self.spec.material.geometry, biscale::geometry::Geometry::Weave(_));
         let variant = &self.variants.all[choice];
-        Model::new(self.spec, &self.cells, Some(&self.near), variant, indirect, POLISH_SAMPLES, 99, values, opaque, control).unwrap()
+        let input = ModelInput { spec: self.spec, photographs: &self.cells, close_up: Some(&self.near), variant, indirect, opaque };
+        Model::new(input, Sampling { samples: POLISH_SAMPLES, seed: 99 }, values, control).unwrap()
     }
 
     /// The light between threads of the true material, if the photographs show it.
@@ -197,7 +199,7 @@ pub fn probe(looked: &Looked<'_>, truth: &str, faults: &Faults) -> Probe {
             let near = &looked.near;
             println!("    {:?} {:?} {:?}", near.period.map(|p| p.map(|p| p.length)), near.blur, near.notes);
             println!("    kinds {:?}", near.kinds.iter().map(|k| (k.cover, k.colour)).collect::<Vec<_>>());
-            println!("    variant {:?}, height {:?}", model.variant, model.height());
+            println!("    variant {:?}, height {:?}", model.input.variant, model.registration());
             if let Some(m) = &near.mean_period {
                 let mean = |of: &[[f64; 3]]| of.iter().flatten().sum::<f64>() / of.len() as f64 / 3.0;
                 println!("    mean period of {:?}: mean {:.4}, scatter {:.4}", m.size, mean(&m.mean), mean(&m.scatter));

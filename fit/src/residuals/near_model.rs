@@ -1,0 +1,214 @@
+//! One period of the model as the close-up sees it, and where the close-up's mean period lies on it.
+
+use crate::fit_file::variant::{SIDES_KEY, own_sides};
+use crate::near_paths;
+use crate::photograph::close_up::CloseUp;
+use crate::photograph::mean_period::MeanPeriod;
+use crate::residuals::close_up::{CloseUpResiduals, Comparison, NearInterreflection};
+use crate::residuals::colour_basis::ColourBasis;
+use crate::residuals::input::{Indirect, ModelInput, Sampling};
+use crate::residuals::params::PARAMS;
+use crate::residuals::registration::{self, Windows};
+use crate::residuals::tile_view::{TileView, ViewParams};
+use biscale::error::{Error, Result};
+use biscale::filter::Control;
+use biscale::filter::common_random_numbers::{Slot, SlotColour};
+use biscale::geometry::Geometry;
+use biscale::material::{MaterialValues, SmallScale};
+
+/// The part of a model that stands beside the close-up.
+pub(crate) struct NearModel<'a> {
+    pub(crate) close_up: &'a CloseUp,
+    input: ModelInput<'a>,
+    sampling: Sampling,
+    slots: Vec<Slot>,
+    /// What the standard deviations of the mean period are multiplied by: how badly the material explains it, at least 1.
+    pub(crate) doubt: f64,
+    /// Height at which the periods of the close-up were registered.
+    height: f64,
+    /// Interreflection place by place of the period, at that height.
+    interreflection: Vec<[f64; 3]>,
+}
+
+impl<'a> NearModel<'a> {
+    /// `None` without a close-up.
+    pub(crate) fn new(input: ModelInput<'a>, sampling: Sampling, slots: Vec<Slot>) -> Option<Self> {
+        let close_up = input.close_up?;
+        let mut near = Self { close_up, input, sampling, slots, doubt: 1.0, height: 0.0, interreflection: Vec::new() };
+        near.register_at(0.0);
+        Some(near)
+    }
+
+    /// The mean period of the close-up, where the model's own can be compared with it.
+    pub(crate) fn mean_period(&self) -> Option<&'a MeanPeriod> {
+        self.close_up.mean_period.as_ref()
+    }
+
+    /// Height at which the periods of the close-up were registered.
+    pub(crate) fn height(&self) -> f64 {
+        self.height
+    }
+
+    /// Registers the periods of the close-up at a height.
+    pub(crate) fn register_at(&mut self, height: f64) {
+        self.height = height;
+        self.interreflection = match self.input.indirect {
+            Some(indirect) if !indirect.near.is_empty() => near_paths::laid_at(&indirect.near, height),
+            _ => Vec::new(),
+        };
+    }
+
+    /// One period as the close-up shows it, by as many rays as the model has samples; `None` where the close-up shows nothing.
+    pub(crate) fn view(&self, small: &SmallScale, control: &Control<'_>) -> Result<Option<TileView>> {
+        if self.close_up.pair.is_none() {
+            return Ok(None);
+        }
+        let size = root_above(self.sampling.samples);
+        let blur = self.close_up.blur_in_periods(small.tile.period.to_array());
+        self.view_with(small, (self.height, blur, size), control).map(Some)
+    }
+
+    fn view_with(&self, small: &SmallScale, (height, blur, size): (f64, [f64; 2], usize), control: &Control<'_>) -> Result<TileView> {
+        let params = ViewParams { size, round: self.is_weave(), blur, height, seed: self.sampling.seed };
+        TileView::new(small, &self.slots, &self.close_up.pairs, &params, control)
+    }
+
+    fn is_weave(&self) -> bool {
+        matches!(self.input.spec.material.geometry, Geometry::Weave(_))
+    }
+
+    /// The surface as it is seen from near, if it is another one: see [`Self::rounded_values`]. `None` as well where threads of so many sides
+    /// make no surface, of too many triangles, say: the one of few sides stands in for it.
+    ///
+    /// # Errors
+    /// Failures that are no matter of the numbers.
+    pub(crate) fn rounded(&self, values: &MaterialValues) -> Result<Option<SmallScale>> {
+        let Some(rounded) = self.rounded_values(values) else { return Ok(None) };
+        surface_of(rounded.and_then(|values| values.material()?.build()))
+    }
+
+    /// A material as it is seen from near, if it is another one: threads are round there, however few sides this variant gives them for what
+    /// is seen from afar.
+    fn rounded_values(&self, values: &MaterialValues) -> Option<Result<MaterialValues>> {
+        self.mean_period()?;
+        let sides = self.input.variant.sides.or_else(|| own_sides(&self.input.spec.material.geometry))?;
+        if sides >= PARAMS.round_sides || !self.is_weave() {
+            return None;
+        }
+        let mut values = values.clone();
+        Some(values.geometry.set_whole(SIDES_KEY, PARAMS.round_sides).map_err(Error::from).map(|()| values))
+    }
+
+    /// The mean height of the edges that the close-up would show of a surface: where its periods lie on top of each other, about.
+    pub(crate) fn height_of_edges(&self, small: &SmallScale, control: &Control<'_>) -> Result<f64> {
+        if self.mean_period().is_none() {
+            return Ok(0.0);
+        }
+        let view = self.view_with(small, (0.0, [0.0; 2], PARAMS.edge_rays), control)?;
+        Ok(view.height_of_edges(&self.colours_of_clusters(&view, small.surfaces.len())))
+    }
+
+    /// What each slot's basis reflectance is multiplied by, as far as the colours of the clusters tell.
+    fn colours_of_clusters(&self, view: &TileView, surfaces: usize) -> Vec<[f64; 3]> {
+        let apart = self.close_up.tells_surfaces_apart(surfaces);
+        let colour = |(k, slot): (usize, &Slot)| {
+            let share = view.mean_share(k, slot.surface);
+            match self.input.variant.kinds.iter().position(|s| *s == slot.surface) {
+                _ if slot.colour == SlotColour::Specular => [0.0; 3],
+                Some(kind) if apart && share > 0.0 => self.close_up.kinds[kind].colour.map(|v| v / share),
+                _ => [1.0; 3],
+            }
+        };
+        self.slots.iter().enumerate().map(colour).collect()
+    }
+
+    /// The shifts at which the model's period may lie on that of the close-up, as far as the colours of the clusters tell.
+    pub(crate) fn coarse_shifts(&self, view: &TileView, surfaces: usize) -> Vec<[f64; 2]> {
+        let Some(mean) = self.mean_period() else { return Vec::new() };
+        registration::coarse(&view.picture(&self.colours_of_clusters(view, surfaces)), view.size, mean)
+    }
+
+    /// The same, where the linear unknowns are these, from a shift that is nearly right.
+    pub(crate) fn refined_shift(&self, view: &TileView, basis: &ColourBasis<'_>, linear: &[f64], shift: [f64; 2]) -> [f64; 2] {
+        let Some(mean) = self.mean_period() else { return shift };
+        let irradiance = self.close_up.irradiance;
+        let mut picture = view.picture(&basis.radiance(irradiance, Some(linear)));
+        let exposure = basis.exposure(linear);
+        if !self.interreflection.is_empty() {
+            let places = Windows::new(near_paths::SIZE, [view.size; 2], [0.0; 2]).of(&self.interreflection);
+            for (pixel, extra) in picture.iter_mut().zip(places) {
+                (0..3).for_each(|c| pixel[c] += irradiance[c] * extra[c]);
+            }
+        }
+        picture.iter_mut().flatten().for_each(|v| *v /= exposure);
+        registration::refined(&picture, view.size, mean, &mean.sigma, shift)
+    }
+
+    /// How many residuals that no unknown changes come from the close-up.
+    pub(crate) fn covers(&self) -> usize {
+        let close_up = self.close_up;
+        let surfaces = self.input.spec.material.surfaces.len();
+        let compares = self.mean_period().is_none() && close_up.pair.is_some() && close_up.tells_surfaces_apart(surfaces);
+        if compares { close_up.kinds.len() } else { 0 }
+    }
+
+    /// The residuals of a state of which this is the view.
+    pub(crate) fn residuals<'b>(&'b self, view: &'b TileView, comparison: Comparison<'b>) -> CloseUpResiduals<'b> {
+        let indirect: Option<&Indirect> = self.input.indirect;
+        let sigma = match (self.input.spec.bounces > 0, indirect.is_some()) {
+            (false, _) => 0.0,
+            (true, true) => PARAMS.traced,
+            (true, false) => PARAMS.untraced,
+        };
+        CloseUpResiduals {
+            close_up: self.close_up,
+            view,
+            comparison,
+            surfaces: &self.input.variant.kinds,
+            interreflection: NearInterreflection {
+                traced: indirect.is_some(),
+                whole: indirect.map_or([0.0; 3], |i| i.close_up),
+                clusters: indirect.map_or(&[], |i| &i.kinds),
+                places: &self.interreflection,
+                sigma,
+            },
+            doubt: self.doubt,
+        }
+    }
+}
+
+/// The least whole number whose square is not below a count.
+fn root_above(count: u32) -> usize {
+    let root = (count as usize).isqrt();
+    if root * root == count as usize { root } else { root + 1 }
+}
+
+/// What was built of the numbers of a state; `None` if they make no surface.
+pub(crate) fn surface_of<T>(built: Result<T>) -> Result<Option<T>> {
+    match built {
+        Ok(built) => Ok(Some(built)),
+        Err(Error::BadInput(_)) => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use biscale::error::BadInput;
+
+    #[test]
+    fn only_bad_numbers_make_no_surface() {
+        assert!(matches!(surface_of(Ok(5)), Ok(Some(5))));
+        assert!(matches!(surface_of::<u32>(Err(BadInput::new("too wide", "make it narrower").into())), Ok(None)));
+        assert!(matches!(surface_of::<u32>(Err(Error::Interrupted)), Err(Error::Interrupted)));
+        assert!(matches!(surface_of::<u32>(Err(Error::Numeric("no".into()))), Err(Error::Numeric(_))));
+    }
+
+    #[test]
+    fn a_view_has_at_least_as_many_rays_as_samples() {
+        for (samples, size) in [(1024, 32), (4096, 64), (8192, 91), (1, 1), (2, 2)] {
+            assert_eq!(root_above(samples), size);
+        }
+    }
+}
