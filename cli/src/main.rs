@@ -14,9 +14,22 @@ use common::options::CommonArgs;
 use common::output::{self, Failure};
 use std::process::ExitCode;
 
+/// What `--version` says: version, commit, features, target and profile. `build.rs` finds out all but the first.
+const LONG_VERSION: &str = concat!(
+    env!("CARGO_PKG_VERSION"),
+    "\ncommit ",
+    env!("BISCALE_COMMIT"),
+    "\nfeatures ",
+    env!("BISCALE_FEATURES"),
+    "\ntarget ",
+    env!("BISCALE_TARGET"),
+    "\nprofile ",
+    env!("BISCALE_PROFILE")
+);
+
 /// Effective BRDFs of bi-scale materials: from a small-scale surface to its look from afar
 #[derive(Parser, Debug)]
-#[command(name = "biscale", version, subcommand_required = true, arg_required_else_help = true, max_term_width = 100)]
+#[command(name = "biscale", version, long_version = LONG_VERSION, subcommand_required = true, arg_required_else_help = true, max_term_width = 100)]
 #[command(after_help = "Exit status: 0 done; 2 bad input or arguments; 130 interrupted; 1 anything else.")]
 struct Cli {
     #[command(subcommand)]

@@ -80,7 +80,15 @@ fn commands_that_are_not_built_yet_say_so_whatever_they_are_given() {
 
 #[test]
 fn the_version_is_printed() {
-    assert_eq!(help(&["--version"]).trim_end(), concat!("biscale ", env!("CARGO_PKG_VERSION")));
+    let short = concat!("biscale ", env!("CARGO_PKG_VERSION"));
+    assert_eq!(help(&["-V"]).trim_end(), short);
+    let long = help(&["--version"]);
+    let lines: Vec<&str> = long.trim_end().lines().collect();
+    assert_eq!((lines.len(), lines[0]), (5, short), "{long}");
+    for (line, key) in lines[1..].iter().zip(["commit", "features", "target", "profile"]) {
+        assert!(line.strip_prefix(key).is_some_and(|value| value.len() > 1), "{long}");
+    }
+    assert_eq!(long.contains("capture"), cfg!(feature = "capture"), "{long}");
 }
 
 #[test]

@@ -1,8 +1,10 @@
 //! `biscale fit`: photographs to a material, and how far to trust it.
 
 mod files;
+mod flip;
 mod pictures;
 mod report;
+mod report_plots;
 mod trade;
 
 use crate::common::cost;
@@ -200,7 +202,7 @@ fn write(folder: &Folder, spec: &Spec, options: &Options, outcome: &Outcome, com
     let json = serde_json::to_vec_pretty(&files::summary(spec, options, outcome, compared))
         .map_err(|e| Error::Numeric(format!("cannot write the result as JSON: {e}; please report this")))?;
     let png = pictures::panels(&pictures::of(outcome))?;
-    let html = report::html(spec, options, outcome, compared)?;
+    let html = report::page(spec, options, outcome, compared)?;
     folder.evaluations.write(|out| files::write_trace(out, outcome, mark))?;
     folder.material.write(|out| out.write_all(material.as_bytes()))?;
     folder.json.write(|out| out.write_all(&json))?;
