@@ -4,7 +4,7 @@ use crate::common::flags::Flags;
 use crate::common::options::{CommonArgs, QualityArgs};
 use crate::common::output::{self, Target};
 use crate::common::progress;
-use biscale::error::{BadInput, Error, Result};
+use biscale::error::{Error, Result};
 use biscale::material::Material;
 use biscale::table::is_effective_brdf;
 use biscale::table::{BakeRecipe, MIN_RINGS, bake};
@@ -73,7 +73,7 @@ pub fn run(args: &BakeArgs, common: &CommonArgs) -> Result<()> {
 
 /// The ending says the format.
 fn check_ending(path: &Path) -> Result<()> {
-    let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    let ending = output::ending(path);
     if ending == "exr" {
         return Ok(());
     }
@@ -83,12 +83,7 @@ fn check_ending(path: &Path) -> Result<()> {
             remedy: "name a file that ends in .exr".into(),
         });
     }
-    let problem = if ending.is_empty() {
-        "the name has no ending, which says the format".into()
-    } else {
-        format!("the ending .{ending} is not known")
-    };
-    Err(BadInput::new(problem, "name a file that ends in .exr").in_file(path).at_field("output").into())
+    Err(output::unknown_ending(path, "name a file that ends in .exr"))
 }
 
 /// The output of `--json`.

@@ -1,6 +1,6 @@
 //! `biscale compare`: how far two images are apart.
 
-use crate::common::options::CommonArgs;
+use crate::common::options::{self, CommonArgs};
 use crate::common::output::{self, Target};
 use biscale::error::{BadInput, Result};
 use biscale::image_file::{self, Raster};
@@ -29,7 +29,7 @@ pub struct CompareArgs {
     #[arg(long, value_name = "N", default_value_t = 3.0, value_parser = factor, allow_negative_numbers = true)]
     factor: f64,
     /// Stops by which images of floats are shown, and encoded, brighter
-    #[arg(long, value_name = "STOPS", default_value_t = 0.0, value_parser = crate::commands::render::exposure, allow_negative_numbers = true)]
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, value_parser = options::exposure, allow_negative_numbers = true)]
     exposure: f64,
     /// Pixels a degree of the viewer's field, for FLIP
     #[arg(long, value_name = "N", default_value_t = DEFAULT_PIXELS_PER_DEGREE, value_parser = pixels_per_degree, allow_negative_numbers = true)]
@@ -87,8 +87,7 @@ fn byte(share: f64) -> u8 {
 /// Bad input and i/o; nothing is written then.
 pub fn run(args: &CompareArgs, common: &CommonArgs) -> Result<()> {
     let target = args.output.as_ref().map(|path| {
-        let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-        if ending != "png" {
+        if output::ending(path) != "png" {
             let bad = BadInput::new("the panels are written as PNG only", "name a file that ends in .png");
             return Err(bad.in_file(path).at_field("output").into());
         }

@@ -1,10 +1,10 @@
 //! `biscale render`: the large-scale appearance, as an image.
 
 use crate::common::filter_summary::Stages;
-use crate::common::options::{CommonArgs, QualityArgs};
+use crate::common::options::{self, CommonArgs, QualityArgs};
 use crate::common::output::{self, Target};
 use crate::common::progress;
-use biscale::error::{BadInput, Result};
+use biscale::error::Result;
 use biscale::filter::Quality;
 use biscale::render::picture::SOFTWARE;
 use biscale::render::scene::Scene;
@@ -34,7 +34,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "MATERIAL")]
     material: Option<PathBuf>,
     /// Stops by which the .png is brighter than the radiance
-    #[arg(long, value_name = "STOPS", default_value_t = 0.0, value_parser = exposure, allow_negative_numbers = true)]
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, value_parser = options::exposure, allow_negative_numbers = true)]
     exposure: f64,
     /// Write the share of each pixel that objects cover as a channel of its own
     #[arg(long)]
@@ -44,11 +44,6 @@ pub struct RenderArgs {
     force: bool,
     #[command(flatten)]
     quality: QualityArgs,
-}
-
-/// Reads `--exposure`.
-pub fn exposure(text: &str) -> Result<f64, String> {
-    text.trim().parse().ok().filter(|v| (-64.0..=64.0).contains(v)).ok_or_else(|| "write stops from -64 to 64, such as 1.5".to_owned())
 }
 
 /// A format of the output.
@@ -61,18 +56,10 @@ enum Format {
 impl Format {
     /// The ending says the format.
     fn of(path: &Path) -> Result<Self> {
-        let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-        match &*ending {
+        match &*output::ending(path) {
             "exr" => Ok(Self::Exr),
             "png" => Ok(Self::Png),
-            _ => {
-                let problem = if ending.is_empty() {
-                    "the name has no ending, which says the format".into()
-                } else {
-                    format!("the ending .{ending} is not known")
-                };
-                Err(BadInput::new(problem, "name a file that ends in .exr or .png").in_file(path).at_field("output").into())
-            }
+            _ => Err(output::unknown_ending(path, "name a file that ends in .exr or .png")),
         }
     }
 }

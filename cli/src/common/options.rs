@@ -149,6 +149,11 @@ pub fn tolerance(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Reads `--exposure`.
+pub fn exposure(text: &str) -> Result<f64, String> {
+    text.trim().parse().ok().filter(|v| (-64.0..=64.0).contains(v)).ok_or_else(|| "write stops from -64 to 64, such as 1.5".to_owned())
+}
+
 /// Units of `--budget` with their size in seconds, longest names first where one ends another.
 const TIME_UNITS: [(&str, f64); 4] = [("ms", 1e-3), ("s", 1.0), ("m", 60.0), ("h", 3600.0)];
 

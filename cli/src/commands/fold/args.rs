@@ -1,6 +1,7 @@
 //! Arguments of `biscale fold`, and what they mean to the library.
 
 use crate::common::options::time;
+use crate::common::output;
 use biscale::error::{BadInput, Error, Result};
 use biscale_fabricate::design::{Extent, FoldRecipe, Source, check_scale};
 use biscale_fabricate::drawing::{Look, SILHOUETTE_INSET};
@@ -218,7 +219,7 @@ impl SheetArgs {
     }
 
     pub(super) fn format(&self, path: &Path) -> Result<Format> {
-        let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+        let ending = output::ending(path);
         let format = match ending.as_str() {
             "svg" if self.origami_simulator => Format::OrigamiSimulator,
             "svg" => Format::Svg { dpi: self.svg_dpi.map(f64::from) },
@@ -226,15 +227,7 @@ impl SheetArgs {
             "png" => Format::Png,
             "fold" => Format::Fold,
             "dxf" => Format::Dxf,
-            _ => {
-                let problem = if ending.is_empty() {
-                    "the name has no ending, which says the format".into()
-                } else {
-                    format!("the ending .{ending} is not known")
-                };
-                let remedy = "name a file that ends in .pdf, .svg, .png, .dxf or .fold";
-                return Err(BadInput::new(problem, remedy).in_file(path).at_field("output").into());
-            }
+            _ => return Err(output::unknown_ending(path, "name a file that ends in .pdf, .svg, .png, .dxf or .fold")),
         };
         if ending != "svg" && (self.origami_simulator || self.svg_dpi.is_some()) {
             let field = if self.origami_simulator { "origami_simulator" } else { "svg_dpi" };

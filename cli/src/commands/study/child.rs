@@ -39,7 +39,7 @@ pub struct RunArgs {
 
 /// What a run found and what it took.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Found {
+pub struct RunResult {
     pub cost: Cost,
     /// CPU seconds that went into what is kept for the next time, and are not in `cost`.
     pub precomputed_s: Option<f64>,
@@ -62,8 +62,8 @@ pub struct Found {
 
 /// How a run ended.
 #[derive(Clone, Debug)]
-pub enum Ended {
-    Done(Box<Found>),
+pub enum RunEnd {
+    Done(Box<RunResult>),
     /// The method says that it cannot, or failed: the kind of error and its message.
     Failed {
         kind: String,
@@ -109,7 +109,7 @@ pub fn run(args: &RunArgs, common: &CommonArgs) -> Result<()> {
     let (effective, cost, precomputed_s) = progress::with_control(common, work)?;
     let judged = &effective.values[..question.judged];
     let summary = effective.summary;
-    let found = Found {
+    let result = RunResult {
         cost,
         precomputed_s,
         low_rank: summary.low_rank,
@@ -123,17 +123,17 @@ pub fn run(args: &RunArgs, common: &CommonArgs) -> Result<()> {
         fbar: judged.iter().map(|v| v.fbar).collect(),
         se: judged.iter().map(|v| v.se).collect(),
     };
-    if found.fbar.iter().flatten().any(|x| !x.is_finite()) {
+    if result.fbar.iter().flatten().any(|x| !x.is_finite()) {
         return Err(Error::Numeric("a value is not finite; please report this".to_owned()));
     }
-    output::print_json(&found)
+    output::print_json(&result)
 }
 
 /// Time between two looks at a child.
 const BETWEEN_LOOKS: Duration = Duration::from_millis(10);
 
 /// What a child process said.
-pub struct Said {
+pub struct ChildOutput {
     pub status: ExitStatus,
     pub stdout: Vec<u8>,
     pub stderr: String,
@@ -144,7 +144,7 @@ pub struct Said {
 ///
 /// # Errors
 /// `Interrupted`; i/o if it cannot be started.
-pub fn spawn(arguments: &[OsString], cache: &Path, limit: Duration, control: &Control<'_>) -> Result<Option<Said>> {
+pub fn spawn(arguments: &[OsString], cache: &Path, limit: Duration, control: &Control<'_>) -> Result<Option<ChildOutput>> {
     let failed = |source| Error::Io { action: "start", path: "another process of this program".into(), source };
     let program = std::env::current_exe().map_err(failed)?;
     control.check()?;
@@ -184,7 +184,7 @@ pub fn spawn(arguments: &[OsString], cache: &Path, limit: Duration, control: &Co
         };
         let (stdout, stderr) = (out.join().expect("reading does not panic").map_err(failed)?, err.join().expect("nor does this"));
         control.check()?;
-        Ok(status.map(|status| Said { status, stdout, stderr }))
+        Ok(status.map(|status| ChildOutput { status, stdout, stderr }))
     })
 }
 
@@ -192,23 +192,23 @@ pub fn spawn(arguments: &[OsString], cache: &Path, limit: Duration, control: &Co
 ///
 /// # Errors
 /// `Interrupted`; i/o if the child cannot be started.
-pub fn make(arguments: &[OsString], cache: &Path, limit: Duration, control: &Control<'_>) -> Result<Ended> {
-    let Some(said) = spawn(arguments, cache, limit, control)? else { return Ok(Ended::TimedOut) };
+pub fn make(arguments: &[OsString], cache: &Path, limit: Duration, control: &Control<'_>) -> Result<RunEnd> {
+    let Some(said) = spawn(arguments, cache, limit, control)? else { return Ok(RunEnd::TimedOut) };
     if said.status.success()
-        && let Ok(found) = serde_json::from_slice(&said.stdout)
+        && let Ok(result) = serde_json::from_slice(&said.stdout)
     {
-        return Ok(Ended::Done(found));
+        return Ok(RunEnd::Done(result));
     }
     let object: Json = serde_json::from_slice(&said.stdout).unwrap_or_default();
     let text = |key: &str| object["error"][key].as_str().map(str::to_owned);
     match (text("kind"), text("message")) {
         // A Ctrl-C goes to all processes of a terminal.
         (Some(kind), _) if kind == "interrupted" => Err(Error::Interrupted),
-        (Some(kind), Some(message)) => Ok(Ended::Failed { kind, message }),
+        (Some(kind), Some(message)) => Ok(RunEnd::Failed { kind, message }),
         // Killed from outside, out of memory, or a bug.
         _ => {
             let last = said.stderr.lines().last().unwrap_or_default();
-            Ok(Ended::Failed { kind: "failed".to_owned(), message: format!("the run ended with {}: {last}", said.status) })
+            Ok(RunEnd::Failed { kind: "failed".to_owned(), message: format!("the run ended with {}: {last}", said.status) })
         }
     }
 }

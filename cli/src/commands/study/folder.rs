@@ -36,7 +36,7 @@ const OLD: [&str; 4] = [CSV, REPORT, "truth-list.csv", "truth-table.csv"];
 
 /// What makes runs comparable.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Asks {
+pub struct StudyIdentity {
     /// Name of the material, for people.
     pub name: String,
     /// Hashes of the surface and of all pairs.
@@ -92,6 +92,35 @@ pub fn hash_of_pairs<'a>(questions: impl Iterator<Item = &'a [Pair]>) -> String 
     format!("{:016x}", hasher.finish())
 }
 
+impl StudyIdentity {
+    /// What differs in another study, in words.
+    fn differs(&self, other: &Self) -> String {
+        let differs = [
+            (self.material != other.material, "material"),
+            (self.pairs != other.pairs, "pairs"),
+            (self.seed != other.seed, "seed"),
+            (self.truth != other.truth, "truth"),
+        ];
+        let named: Vec<&str> = differs.iter().filter(|d| d.0).map(|d| d.1).collect();
+        if named.is_empty() { "name".to_owned() } else { named.join(" and ") }
+    }
+}
+
+/// How a folder is opened.
+pub struct Opening<'a> {
+    /// Begin anew, whatever is there.
+    pub force: bool,
+    /// Files that the study reads.
+    pub inputs: &'a [Option<&'a PathBuf>],
+    /// Pictures that a new study takes away, as paths within the folder.
+    pub pictures: &'a [String],
+}
+
+/// A mistake of where the output goes.
+fn at_output(path: &Path, problem: String, remedy: &str) -> Error {
+    BadInput::new(problem, remedy).in_file(path).at_field("output").into()
+}
+
 /// The folder.
 pub struct Folder {
     path: PathBuf,
@@ -103,57 +132,63 @@ impl Folder {
     ///
     /// # Errors
     /// Bad input if it holds another study, or files of other origin, unless `force`, or if an input is a file of the study; i/o.
-    pub fn open(path: &Path, asks: &Asks, force: bool, inputs: &[Option<&PathBuf>]) -> Result<Self> {
-        let bad = |problem: String, remedy: &str| Error::from(BadInput::new(problem, remedy).in_file(path).at_field("output"));
+    pub fn open(path: &Path, identity: &StudyIdentity, opening: &Opening<'_>) -> Result<Self> {
         if path.exists() && !path.is_dir() {
-            return Err(bad("the output is no folder".to_owned(), "name a folder"));
+            return Err(at_output(path, "the output is no folder".to_owned(), "name a folder"));
         }
         std::fs::create_dir_all(path).map_err(|source| Error::Io { action: "create", path: path.to_path_buf(), source })?;
         let folder = Self { path: path.to_path_buf(), written: RefCell::default() };
-        let is_ours = |file: &Path| file.parent().is_some_and(|p| same(p, path)) && file.extension().is_some_and(|e| e == "csv");
-        if let Some(input) = inputs.iter().flatten().find(|input| is_ours(input)) {
+        folder.check_inputs(opening.inputs)?;
+        if folder.holds(identity, opening.force)? {
+            return Ok(folder);
+        }
+        folder.remove_old(opening.pictures)?;
+        let json = serde_json::to_vec_pretty(identity).map_err(|e| Error::Numeric(format!("{e}; please report this")))?;
+        folder.write(STUDY, &json)?;
+        Ok(folder)
+    }
+
+    /// Refuses a study that would replace what it reads.
+    fn check_inputs(&self, inputs: &[Option<&PathBuf>]) -> Result<()> {
+        let is_ours = |file: &Path| file.parent().is_some_and(|p| same(p, &self.path)) && file.extension().is_some_and(|e| e == "csv");
+        for input in inputs.iter().flatten().filter(|input| is_ours(input)) {
             let name = input.file_name().unwrap_or_default().to_string_lossy();
             if [PAIRS, JUDGED, CSV].contains(&&*name) {
-                return Err(bad(format!("the study would replace its own input {name}"), "name another folder"));
+                return Err(at_output(&self.path, format!("the study would replace its own input {name}"), "name another folder"));
             }
         }
-        let remedy = "name another folder, or begin anew with --force";
-        match std::fs::read(folder.path(STUDY)) {
-            Ok(bytes) => match serde_json::from_slice::<Asks>(&bytes) {
-                Ok(before) if before == *asks => return Ok(folder),
-                _ if force => {}
-                Ok(before) => {
-                    let differs = [
-                        (before.material != asks.material, "material"),
-                        (before.pairs != asks.pairs, "pairs"),
-                        (before.seed != asks.seed, "seed"),
-                        (before.truth != asks.truth, "truth"),
-                    ];
-                    let named: Vec<&str> = differs.iter().filter(|d| d.0).map(|d| d.1).collect();
-                    let what = if named.is_empty() { "name".to_owned() } else { named.join(" and ") };
-                    return Err(bad(format!("this folder holds a study with another {what}, of \"{}\"", before.name), remedy));
-                }
-                Err(_) => return Err(bad(format!("its {STUDY} is not one of this program"), remedy)),
+        Ok(())
+    }
+
+    /// Whether the same study is in the folder; another one, or files of other origin, may be replaced by `force` only.
+    fn holds(&self, identity: &StudyIdentity, force: bool) -> Result<bool> {
+        let bad = |problem: String| at_output(&self.path, problem, "name another folder, or begin anew with `force`");
+        match std::fs::read(self.path(STUDY)) {
+            Ok(bytes) => match serde_json::from_slice::<StudyIdentity>(&bytes) {
+                Ok(before) if before == *identity => Ok(true),
+                _ if force => Ok(false),
+                Ok(before) => Err(bad(format!("this folder holds a study with another {}, of \"{}\"", before.differs(identity), before.name))),
+                Err(_) => Err(bad(format!("its {STUDY} is not one of this program"))),
             },
-            Err(_) if force => {}
-            Err(_) => {
-                if let Some(there) = OLD.iter().chain(&[PAIRS, JUDGED]).find(|name| folder.path(name).exists()) {
-                    return Err(bad(format!("it holds a {there} of other origin"), remedy));
-                }
-            }
+            Err(_) if force => Ok(false),
+            Err(_) => match OLD.iter().chain(&[PAIRS, JUDGED]).find(|name| self.path(name).exists()) {
+                Some(there) => Err(bad(format!("it holds a {there} of other origin"))),
+                None => Ok(false),
+            },
         }
-        for name in OLD.into_iter().map(str::to_owned).chain(super::pictures::old_files()) {
-            let name = &name;
-            match std::fs::remove_file(folder.path(name)) {
+    }
+
+    /// Takes away what belongs to an old study.
+    fn remove_old(&self, pictures: &[String]) -> Result<()> {
+        for name in OLD.into_iter().chain(pictures.iter().map(String::as_str)) {
+            match std::fs::remove_file(self.path(name)) {
                 Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
-                    return Err(Error::Io { action: "remove", path: folder.path(name), source });
+                    return Err(Error::Io { action: "remove", path: self.path(name), source });
                 }
                 _ => {}
             }
         }
-        let json = serde_json::to_vec_pretty(asks).map_err(|e| Error::Numeric(format!("{e}; please report this")))?;
-        folder.write(STUDY, &json)?;
-        Ok(folder)
+        Ok(())
     }
 
     /// Removes the compressed BRDFs.
@@ -277,22 +312,24 @@ fn push_row(text: &mut String, numbers: impl Iterator<Item = f64>) {
 mod tests {
     use super::*;
 
-    fn asks() -> Asks {
-        Asks { name: "m".into(), material: "1".into(), pairs: "2".into(), seed: 3, truth: "t".into() }
+    const NEW: Opening<'_> = Opening { force: false, inputs: &[], pictures: &[] };
+
+    fn identity() -> StudyIdentity {
+        StudyIdentity { name: "m".into(), material: "1".into(), pairs: "2".into(), seed: 3, truth: "t".into() }
     }
 
     #[test]
     fn a_folder_is_gone_on_with_only_for_the_same_study() {
         let temporary = tempfile::tempdir().unwrap();
         let path = temporary.path().join("study");
-        let open = |asks: &Asks, force| Folder::open(&path, asks, force, &[]);
-        let folder = open(&asks(), false).unwrap();
+        let open = |identity: &StudyIdentity, force| Folder::open(&path, identity, &Opening { force, inputs: &[], pictures: &[] });
+        let folder = open(&identity(), false).unwrap();
         folder.write(REPORT, b"old").unwrap();
-        open(&asks(), false).unwrap();
+        open(&identity(), false).unwrap();
         assert!(folder.path(REPORT).exists(), "the same study goes on");
-        let other = Asks { pairs: "5".into(), seed: 9, ..asks() };
+        let other = StudyIdentity { pairs: "5".into(), seed: 9, ..identity() };
         let message = open(&other, false).err().unwrap().to_string();
-        assert!(message.contains("another pairs and seed") && message.contains("--force"), "{message}");
+        assert!(message.contains("another pairs and seed") && message.contains("`force`"), "{message}");
         open(&other, true).unwrap();
         assert!(!folder.path(REPORT).exists(), "what is old stays beside what is new");
         std::fs::write(folder.path(STUDY), "{}").unwrap();
@@ -303,18 +340,18 @@ mod tests {
     fn files_of_other_origin_are_not_replaced() {
         let temporary = tempfile::tempdir().unwrap();
         std::fs::write(temporary.path().join(REPORT), "mine").unwrap();
-        let message = Folder::open(temporary.path(), &asks(), false, &[]).err().unwrap().to_string();
+        let message = Folder::open(temporary.path(), &identity(), &NEW).err().unwrap().to_string();
         assert!(message.contains("report.md of other origin"), "{message}");
         let input = temporary.path().join(PAIRS);
         std::fs::write(&input, "").unwrap();
-        let message = Folder::open(temporary.path(), &asks(), true, &[Some(&input)]).err().unwrap().to_string();
+        let message = Folder::open(temporary.path(), &identity(), &Opening { force: true, inputs: &[Some(&input)], pictures: &[] }).err().unwrap().to_string();
         assert!(message.contains("its own input pairs.csv"), "{message}");
     }
 
     #[test]
     fn a_truth_is_read_as_it_was_written() {
         let temporary = tempfile::tempdir().unwrap();
-        let folder = Folder::open(temporary.path(), &asks(), false, &[]).unwrap();
+        let folder = Folder::open(temporary.path(), &identity(), &NEW).unwrap();
         let pairs = biscale::study::list(1, 0).pairs;
         let values = |x: f64| (0..pairs.len()).map(|k| [x / (k + 3) as f64; 3]).collect();
         let truth = Truth { value: values(1.0), se: values(1e-3) };

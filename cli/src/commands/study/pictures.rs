@@ -1,9 +1,9 @@
 //! Pictures of a study: a sphere and a ring in the material, by several settings, and how far they are apart (after Fig. 11 and 12 of Wu et
 //! al. 2011). Each picture is made by `biscale render`, each comparison by `biscale compare`, in a process of its own.
 
-use super::Tried;
-use super::child::{self, Said};
-use super::folder::Folder;
+use super::args::TriedMethod;
+use super::child::{self, ChildOutput};
+use super::folder::{CACHE, Folder};
 use biscale::error::{Error, Result};
 use biscale::filter::Control;
 use biscale::image_file;
@@ -26,10 +26,10 @@ const BRIGHT: f64 = 0.8;
 
 /// A way to make a picture.
 #[derive(Clone, Copy, Debug)]
-struct Look {
+struct RenderSetting {
     /// Part of the file's name.
     name: &'static str,
-    method: Tried,
+    method: TriedMethod,
     /// For `lowrank`.
     variant: &'static str,
     /// Tolerance, and that of a quick study.
@@ -40,19 +40,19 @@ struct Look {
 }
 
 /// What the others are compared with.
-const FINE: Look = Look { name: "direct-fine", method: Tried::Direct, variant: "paper", tolerance: [0.02, 0.05], bounces: 0, against: "" };
-const LOOKS: [Look; 6] = [
+const FINE: RenderSetting = RenderSetting { name: "direct-fine", method: TriedMethod::Direct, variant: "paper", tolerance: [0.02, 0.05], bounces: 0, against: "" };
+const SETTINGS: [RenderSetting; 6] = [
     FINE,
-    Look { name: "direct-rough", tolerance: [0.2, 0.2], against: FINE.name, ..FINE },
-    Look { name: "lowrank-paper", method: Tried::Lowrank, against: FINE.name, ..FINE },
-    Look { name: "lowrank-improved", method: Tried::Lowrank, variant: "improved", tolerance: [0.05, 0.1], against: FINE.name, ..FINE },
-    Look { name: "reference", method: Tried::Reference, tolerance: [0.05, 0.1], against: FINE.name, ..FINE },
-    Look { name: "interreflections", method: Tried::Reference, tolerance: [0.05, 0.1], bounces: 4, against: "reference", ..FINE },
+    RenderSetting { name: "direct-rough", tolerance: [0.2, 0.2], against: FINE.name, ..FINE },
+    RenderSetting { name: "lowrank-paper", method: TriedMethod::Lowrank, against: FINE.name, ..FINE },
+    RenderSetting { name: "lowrank-improved", method: TriedMethod::Lowrank, variant: "improved", tolerance: [0.05, 0.1], against: FINE.name, ..FINE },
+    RenderSetting { name: "reference", method: TriedMethod::Reference, tolerance: [0.05, 0.1], against: FINE.name, ..FINE },
+    RenderSetting { name: "interreflections", method: TriedMethod::Reference, tolerance: [0.05, 0.1], bounces: 4, against: "reference", ..FINE },
 ];
 
 /// One picture, and how far it is from the one that it is compared with.
 #[derive(Clone, Debug, Serialize)]
-pub struct Picture {
+pub struct StudyPicture {
     /// `sphere` or `ring`.
     pub scene: &'static str,
     pub name: &'static str,
@@ -73,7 +73,7 @@ pub struct Picture {
 /// What pictures are made with.
 pub struct Studio<'a> {
     pub material: &'a Path,
-    pub methods: &'a [Tried],
+    pub methods: &'a [TriedMethod],
     pub quick: bool,
     pub seed: u64,
     pub threads: u16,
@@ -85,7 +85,7 @@ const SCENES: [&str; 2] = ["sphere", "ring"];
 
 /// Files that a new study takes away.
 pub fn old_files() -> Vec<String> {
-    let of = |scene: &&str| LOOKS.map(|look| ["exr", "json"].map(|ending| format!("{PICTURES}/{scene}-{}.{ending}", look.name)));
+    let of = |scene: &&str| SETTINGS.map(|look| ["exr", "json"].map(|ending| format!("{PICTURES}/{scene}-{}.{ending}", look.name)));
     SCENES.iter().flat_map(of).flatten().collect()
 }
 
@@ -94,25 +94,25 @@ impl Studio<'_> {
     ///
     /// # Errors
     /// `Interrupted`; i/o. A picture that cannot be made says why.
-    pub fn make(&self, folder: &Folder, progress: &dyn Fn(f64), control: &Control<'_>) -> Result<Vec<Picture>> {
+    pub fn make(&self, folder: &Folder, progress: &dyn Fn(f64), control: &Control<'_>) -> Result<Vec<StudyPicture>> {
         let of_folder = |source| Error::Io { action: "create", path: folder.path(PICTURES), source };
         std::fs::create_dir_all(folder.path(PICTURES)).map_err(of_folder)?;
         folder.write(&format!("{PICTURES}/ring.obj"), ring().as_bytes())?;
-        let looks: Vec<&Look> = LOOKS.iter().filter(|l| l.name == FINE.name || self.methods.contains(&l.method)).collect();
+        let looks: Vec<&RenderSetting> = SETTINGS.iter().filter(|l| l.name == FINE.name || self.methods.contains(&l.method)).collect();
         let mut pictures = Vec::new();
         for (s, scene) in SCENES.into_iter().enumerate() {
             let Some(text) = self.scene(scene) else { continue };
             folder.write(&format!("{PICTURES}/{scene}.toml"), text.as_bytes())?;
             let mut exposure = None;
             // Rays for every pair of directions take their time: in a quick study for the first scene only.
-            let looks = looks.iter().filter(|look| !self.quick || s == 0 || look.method != Tried::Reference);
+            let looks = looks.iter().filter(|look| !self.quick || s == 0 || look.method != TriedMethod::Reference);
             for (k, look) in looks.enumerate() {
-                progress((s as f64 + k as f64 / LOOKS.len() as f64) / SCENES.len() as f64);
+                progress((s as f64 + k as f64 / SETTINGS.len() as f64) / SCENES.len() as f64);
                 let mut picture = self.render(folder, scene, look, control)?;
                 if exposure.is_none() && picture.problem.is_none() {
                     exposure = Some(stops(&image(folder, scene, look.name))?);
                 }
-                let fine = pictures.iter().any(|p: &Picture| p.scene == scene && p.name == look.against && p.problem.is_none());
+                let fine = pictures.iter().any(|p: &StudyPicture| p.scene == scene && p.name == look.against && p.problem.is_none());
                 if let (Some(stops), true, None) = (exposure, fine, &picture.problem) {
                     compare(folder, &mut picture, stops, self.time_limit, control)?;
                 }
@@ -140,8 +140,8 @@ impl Studio<'_> {
         ))
     }
 
-    fn render(&self, folder: &Folder, scene: &'static str, look: &Look, control: &Control<'_>) -> Result<Picture> {
-        let mut picture = Picture {
+    fn render(&self, folder: &Folder, scene: &'static str, look: &RenderSetting, control: &Control<'_>) -> Result<StudyPicture> {
+        let mut picture = StudyPicture {
             scene,
             name: look.name,
             against: look.against,
@@ -164,12 +164,12 @@ impl Studio<'_> {
                 arguments.extend(words(&["--bounces", &look.bounces.to_string(), "--seed", &self.seed.to_string()]));
                 arguments.extend(words(&["--threads", &self.threads.to_string(), "-o"]));
                 arguments.extend([image(folder, scene, look.name).into(), folder.path(&format!("{PICTURES}/{scene}.toml")).into()]);
-                match said(child::spawn(&arguments, &folder.path(super::folder::CACHE), self.time_limit, control)?)? {
+                match said(child::spawn(&arguments, &folder.path(CACHE), self.time_limit, control)?)? {
                     Ok(object) => {
                         folder.write(&notes, object.to_string().as_bytes())?;
                         object
                     }
-                    Err(problem) => return Ok(Picture { problem: Some(problem), ..picture }),
+                    Err(problem) => return Ok(StudyPicture { problem: Some(problem), ..picture }),
                 }
             }
         };
@@ -192,7 +192,7 @@ fn image(folder: &Folder, scene: &str, name: &str) -> PathBuf {
 ///
 /// # Errors
 /// `Interrupted`.
-fn said(said: Option<Said>) -> Result<Result<Json, String>> {
+fn said(said: Option<ChildOutput>) -> Result<Result<Json, String>> {
     let Some(said) = said else { return Ok(Err("longer than --time-limit".to_owned())) };
     let object: Json = serde_json::from_slice(&said.stdout).unwrap_or_default();
     if object["error"]["kind"] == "interrupted" {
@@ -206,13 +206,13 @@ fn said(said: Option<Said>) -> Result<Result<Json, String>> {
 }
 
 /// Compares a picture with another one, and makes the panels.
-fn compare(folder: &Folder, picture: &mut Picture, stops: f64, limit: Duration, control: &Control<'_>) -> Result<()> {
+fn compare(folder: &Folder, picture: &mut StudyPicture, stops: f64, limit: Duration, control: &Control<'_>) -> Result<()> {
     let panels = format!("{PICTURES}/{}-{}-and-{}.png", picture.scene, picture.against, picture.name);
     let mut arguments = words(&["compare", "--json", "--quiet", "--force", "--factor", FACTOR]);
     arguments.push(format!("--exposure={stops:.3}").into());
     arguments.extend(["-o".into(), folder.path(&panels).into()]);
     arguments.extend([picture.against, picture.name].map(|name| image(folder, picture.scene, name).into()));
-    match said(child::spawn(&arguments, &folder.path(super::folder::CACHE), limit, control)?)? {
+    match said(child::spawn(&arguments, &folder.path(CACHE), limit, control)?)? {
         Ok(object) => {
             let summary = &object["summary"];
             picture.panels = Some(panels.clone());

@@ -1,6 +1,6 @@
 //! `study.csv`: one line a run, written as soon as the run is over.
 
-use super::child::{Ended, Found};
+use super::child::{RunEnd, RunResult};
 use biscale::error::{BadInput, Error, Result};
 use biscale::study::{Asked, Deviation};
 use serde::{Deserialize, Serialize};
@@ -46,41 +46,41 @@ pub struct Record {
 
 /// The setting's name of the truth.
 pub const TRUTH: &str = "truth";
-/// The status of a run that ended as it should.
+/// The status of a run that end as it should.
 pub const DONE: &str = "done";
 
 impl Record {
     /// What is known of a run that ended so.
-    pub fn new(asked: Asked, setting: &str, seed: u64, ended: &Ended, deviation: impl FnOnce(&Found) -> Option<Deviation>) -> Self {
+    pub fn new(asked: Asked, setting: &str, seed: u64, end: &RunEnd, deviation: impl FnOnce(&RunResult) -> Option<Deviation>) -> Self {
         let base = Self { question: asked.name().to_owned(), setting: setting.to_owned(), seed, ..Self::default() };
-        let found = match ended {
-            Ended::TimedOut => return Self { status: "timed-out".to_owned(), message: "longer than --time-limit".to_owned(), ..base },
-            Ended::Failed { kind, message } => return Self { status: kind.clone(), message: message.clone(), ..base },
-            Ended::Done(found) => found,
+        let result = match end {
+            RunEnd::TimedOut => return Self { status: "timed-out".to_owned(), message: "longer than --time-limit".to_owned(), ..base },
+            RunEnd::Failed { kind, message } => return Self { status: kind.clone(), message: message.clone(), ..base },
+            RunEnd::Done(result) => result,
         };
-        let deviation = deviation(found);
+        let deviation = deviation(result);
         // Plain sums have no standard errors, and so no estimate.
-        let estimated = found.se.iter().flatten().any(|s| *s > 0.0);
+        let estimated = result.se.iter().flatten().any(|s| *s > 0.0);
         Self {
             status: DONE.to_owned(),
             error: deviation.map(|d| d.error),
             error_at_most: deviation.map(|d| d.at_most),
-            estimated_error: estimated.then_some(found.estimated),
+            estimated_error: estimated.then_some(result.estimated),
             psnr_db: deviation.map(|d| d.psnr).filter(|x| x.is_finite()),
             p95: deviation.map(|d| d.p95),
             bias: deviation.map(|d| d.bias),
-            cpu_s: found.cost.cpu_s,
-            wall_s: Some(found.cost.wall_s),
-            peak_mib: found.cost.peak_mib,
-            added_mib: found.cost.added_mib,
-            precomputed_s: found.precomputed_s,
-            facets: Some(found.facets),
-            clusters: Some(found.clusters),
-            directions: Some(found.directions),
-            pairs: Some(found.pairs),
-            plan: found.plan.clone(),
-            low_rank: if found.low_rank.is_empty() { String::new() } else { serde_json::to_string(&found.low_rank).unwrap_or_default() },
-            message: found.notes.join("; "),
+            cpu_s: result.cost.cpu_s,
+            wall_s: Some(result.cost.wall_s),
+            peak_mib: result.cost.peak_mib,
+            added_mib: result.cost.added_mib,
+            precomputed_s: result.precomputed_s,
+            facets: Some(result.facets),
+            clusters: Some(result.clusters),
+            directions: Some(result.directions),
+            pairs: Some(result.pairs),
+            plan: result.plan.clone(),
+            low_rank: if result.low_rank.is_empty() { String::new() } else { serde_json::to_string(&result.low_rank).unwrap_or_default() },
+            message: result.notes.join("; "),
             ..base
         }
     }

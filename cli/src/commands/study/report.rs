@@ -1,8 +1,8 @@
 //! `report.md`: what a study says, in tables.
 
-use super::Plan;
+use super::plan::StudyPlan;
 use super::axes::{percent, seconds, significant};
-use super::pictures::Picture;
+use super::pictures::StudyPicture;
 use super::points::{Point, best_other, competing};
 use super::record::{DONE, Record, TRUTH};
 use biscale::study::{Asked, Family, Series, Truth};
@@ -10,17 +10,17 @@ use std::fmt::Write as _;
 
 /// What a report is made of.
 pub struct Study<'a> {
-    pub plan: &'a Plan,
+    pub plan: &'a StudyPlan,
     pub records: &'a [Record],
     pub truths: &'a [(Asked, Truth)],
 }
 
 /// Which pictures there are.
 #[derive(Clone, Debug, Default)]
-pub struct Pictures {
+pub struct ReportPictures {
     pub placement: bool,
     pub ranks: bool,
-    pub rendered: Vec<Picture>,
+    pub rendered: Vec<StudyPicture>,
 }
 
 /// PSNR of the paper's five scenes: its Table 4.
@@ -28,7 +28,7 @@ const PAPER_PSNR: [(&str, f64); 5] = [("plate", 17.36), ("teapot", 19.27), ("pil
 
 impl Study<'_> {
     /// The report.
-    pub fn markdown(&self, points: &[Point], pictures: &Pictures) -> String {
+    pub fn markdown(&self, points: &[Point], pictures: &ReportPictures) -> String {
         let mut out = String::new();
         self.head(&mut out);
         let _ = writeln!(out, "\n![error against CPU time](pareto.png)\n");
@@ -337,7 +337,7 @@ fn share(kept: f64) -> String {
 }
 
 /// Pictures and their differences, after Fig. 11 and 12 of the paper.
-fn rendered(out: &mut String, pictures: &[Picture]) {
+fn rendered(out: &mut String, pictures: &[StudyPicture]) {
     if pictures.is_empty() {
         return;
     }

@@ -1,5 +1,6 @@
 //! What a command leaves behind: files that are whole or not there, JSON and text on standard output, words on standard error.
 
+mod ending;
 mod failure;
 mod made_folder;
 mod mark;
@@ -9,6 +10,7 @@ mod target;
 #[cfg(feature = "capture")]
 mod whole_folder;
 
+pub use ending::{ending, unknown_ending};
 pub use failure::{Description, Failure};
 pub use made_folder::MadeFolder;
 pub use mark::{begins_with, has_mark};

@@ -8,8 +8,8 @@ use glam::DVec2;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
-/// What was made.
-pub(super) struct Made {
+/// What was folded.
+pub(super) struct FoldedDesign {
     pub(super) title: String,
     pub(super) mesh: Mesh,
     pub(super) pattern: Pattern,
@@ -22,7 +22,7 @@ pub(super) struct Made {
     pub(super) preview: Option<Preview>,
 }
 
-impl Made {
+impl FoldedDesign {
     pub(super) fn summary(&self, milliseconds: f64) -> Value {
         let (least, _) = self.mesh.narrowest();
         json!({
@@ -65,12 +65,12 @@ impl Made {
 }
 
 /// What other programs want to know of the sheets, in mm.
-pub(super) fn sidecar(made: &Made, recipe: &Value, summary: &Value) -> Value {
-    let pieces: Vec<Value> = made
+pub(super) fn sidecar(folded: &FoldedDesign, recipe: &Value, summary: &Value) -> Value {
+    let pieces: Vec<Value> = folded
         .pattern
         .pieces
         .iter()
-        .zip(&made.sheets.places)
+        .zip(&folded.sheets.places)
         .enumerate()
         .map(|(k, (piece, place))| {
             let moved = piece.moved(place.x, place.shift);
@@ -79,8 +79,8 @@ pub(super) fn sidecar(made: &Made, recipe: &Value, summary: &Value) -> Value {
                 "piece": piece.name,
                 "copy": piece.copy,
                 "copies": piece.copies,
-                "like": made.pattern.pieces[piece.like].name,
-                "alike": made.pattern.alike(k),
+                "like": folded.pattern.pieces[piece.like].name,
+                "alike": folded.pattern.alike(k),
                 "page": place.page + 1,
                 "low_mm": l.to_array(),
                 "high_mm": h.to_array(),
@@ -88,7 +88,7 @@ pub(super) fn sidecar(made: &Made, recipe: &Value, summary: &Value) -> Value {
             })
         })
         .collect();
-    let pages: Vec<Value> = made.sheets.pages.iter().map(|p| json!({ "size_mm": p.size.to_array() })).collect();
+    let pages: Vec<Value> = folded.sheets.pages.iter().map(|p| json!({ "size_mm": p.size.to_array() })).collect();
     json!({
         "creator": biscale_fabricate::formats::CREATOR,
         "format": 1,
@@ -96,8 +96,8 @@ pub(super) fn sidecar(made: &Made, recipe: &Value, summary: &Value) -> Value {
         "summary": summary,
         "pages": pages,
         "pieces": pieces,
-        "wrap": made.wrap,
-        "order": order(&made.mesh, &made.pattern).iter().map(|&k| &made.pattern.pieces[k]).filter(|p| p.copy == 1).map(|p| p.name).collect::<Vec<_>>(),
+        "wrap": folded.wrap,
+        "order": order(&folded.mesh, &folded.pattern).iter().map(|&k| &folded.pattern.pieces[k]).filter(|p| p.copy == 1).map(|p| p.name).collect::<Vec<_>>(),
     })
 }
 
