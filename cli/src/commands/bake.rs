@@ -6,6 +6,7 @@ use crate::common::output::{self, Target};
 use crate::common::progress;
 use biscale::error::{Error, Result};
 use biscale::material::Material;
+use biscale::numerics::cast::index_u32;
 use biscale::table::is_effective_brdf;
 use biscale::table::{BakeRecipe, MIN_RINGS, bake};
 use biscale::table::{EffectiveTable, TableError, max_rings};
@@ -35,8 +36,12 @@ pub struct BakeArgs {
 }
 
 /// Rings that can be asked for; of a surface that is not reciprocal fewer fit, and the library says so.
-#[expect(clippy::cast_possible_wrap, reason = "a few dozen")]
-const RINGS: std::ops::RangeInclusive<i64> = MIN_RINGS as i64..=max_rings(true) as i64;
+const RINGS: std::ops::RangeInclusive<i64> = whole(MIN_RINGS)..=whole(max_rings(true));
+
+/// A number of rings, a few dozen, as clap compares it.
+const fn whole(rings: usize) -> i64 {
+    index_u32(rings) as i64
+}
 
 /// Formats that formats.md promises for later.
 const LATER: [(&str, &str); 3] = [("bsdf", "RGL"), ("binary", "MERL"), ("xml", "Klems")];

@@ -4,8 +4,9 @@ use crate::common::options::{self, CommonArgs};
 use crate::common::output::{self, Target};
 use biscale::error::{BadInput, Result};
 use biscale::image_file::{self, Raster};
+use biscale::numerics::cast::narrow;
+use biscale::numerics::colour::{byte, linear_to_srgb};
 use biscale::render::compare::{Difference, colour_code, difference};
-use biscale::render::picture::linear_to_srgb;
 use clap::Args;
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8, FlipPool, flip};
 use serde::Serialize;
@@ -66,19 +67,13 @@ impl Image {
         let channel = |c: usize, at: usize| raster.channels[c.min(raster.channels.len() - 1)][at];
         let pixel = |at: usize| -> [f32; 3] { std::array::from_fn(|c| channel(c, at)) };
         let gain = exposure.exp2();
-        #[expect(clippy::cast_possible_truncation, reason = "pictures are in f32")]
-        let encode = |v: f32| if raster.integer { v } else { linear_to_srgb(gain * f64::from(v)) as f32 };
+        let encode = |v: f32| if raster.integer { v } else { narrow(linear_to_srgb(gain * f64::from(v))) };
         let pixels = || (0..raster.width * raster.height).map(pixel);
         Self {
             compared: pixels().map(|p| if linear { p } else { p.map(encode) }).collect(),
             shown: pixels().flatten().map(|v| byte(encode(v).into())).collect(),
         }
     }
-}
-
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 0..=255")]
-fn byte(share: f64) -> u8 {
-    (share.clamp(0.0, 1.0) * 255.0).round() as u8
 }
 
 /// Runs the command.

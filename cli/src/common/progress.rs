@@ -7,6 +7,7 @@ use super::interrupt;
 use super::options::CommonArgs;
 use biscale::error::Result;
 use biscale::filter::Control;
+use biscale::numerics::cast::truncate_u64;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{IsTerminal, Write};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -66,8 +67,7 @@ fn show(latest: &Latest, ended: Receiver<()>, start: Instant) {
         loop {
             let (stage, share) = now();
             bar.set_message(stage);
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "share is in 0..=1")]
-            bar.set_position((share * STEPS as f64) as u64);
+            bar.set_position(truncate_u64(share * STEPS as f64));
             if !goes_on(BETWEEN_FRAMES) {
                 break;
             }

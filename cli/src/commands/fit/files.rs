@@ -2,6 +2,7 @@
 
 use super::trade;
 use biscale::error::{BadInput, Error, Result};
+use biscale::numerics::hash::Fnv1a;
 use biscale_fit::fit_file::spec::Spec;
 use biscale_fit::run::{Options, Outcome};
 use biscale_fit::search::{Entry, Memory, Stage};
@@ -19,13 +20,8 @@ pub const MATERIAL_MARK: &str = "# made by biscale fit";
 
 /// The first line of a trace: it names the question, so that the evaluations of another one are not taken for those of this one.
 pub fn mark(spec: &Spec, options: &Options) -> String {
-    // FNV-1a, 64 bits: the same on every machine.
-    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
-    let mut add = |bytes: &[u8]| {
-        for &byte in bytes {
-            hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-        }
-    };
+    let mut hash = Fnv1a::default();
+    let mut add = |bytes: &[u8]| hash.add(bytes);
     add(env!("CARGO_PKG_VERSION").as_bytes());
     add(spec.source.text.as_bytes());
     add(spec.text.text().as_bytes());
@@ -35,7 +31,7 @@ pub fn mark(spec: &Spec, options: &Options) -> String {
         }
     }
     add(format!("{:?}", Options { time_limit: None, ..options.clone() }).as_bytes());
-    format!("# {MADE}, question {hash:016x}; places of the points between their bounds, 0 to 1")
+    format!("# {MADE}, question {:016x}; places of the points between their bounds, 0 to 1", hash.value())
 }
 
 /// Writes the trace.

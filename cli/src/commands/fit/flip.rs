@@ -1,5 +1,6 @@
 //! FLIP (Andersson et al. 2020) between a photograph and the fitted material.
 
+use biscale::numerics::colour::srgb_byte;
 use biscale_fit::photograph::image::Photograph;
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8, FlipPool, flip};
 
@@ -11,11 +12,8 @@ pub fn mean_flip(photograph: &Photograph, picture: &[[f32; 3]], used: &[u32]) ->
         let mut bytes = vec![0_u8; 3 * rgb.len()];
         for &pixel in used {
             for c in 0..3 {
-                let share = biscale::render::picture::linear_to_srgb(f64::from(rgb[pixel as usize][c] / largest.max(f32::MIN_POSITIVE)));
-                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "linear_to_srgb gives 0..=1")]
-                {
-                    bytes[3 * pixel as usize + c] = (255.0 * share).round() as u8;
-                }
+                let share = rgb[pixel as usize][c] / largest.max(f32::MIN_POSITIVE);
+                bytes[3 * pixel as usize + c] = srgb_byte(share.into());
             }
         }
         FlipImageRgb8::with_data(width, height, &bytes)

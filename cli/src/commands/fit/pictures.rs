@@ -2,8 +2,9 @@
 
 use crate::common::output;
 use biscale::error::Result;
+use biscale::numerics::colour::{byte, linear_to_srgb, srgb_byte};
+use biscale::numerics::statistics::rank;
 use biscale::render::compare::colour_code;
-use biscale::render::picture::linear_to_srgb;
 use biscale_fit::photograph::image::Photograph;
 use biscale_fit::run::Outcome;
 
@@ -25,9 +26,7 @@ pub fn of(outcome: &Outcome) -> Vec<(&Photograph, &[[f32; 3]])> {
 /// One row a photograph: photograph, picture, difference. All with the same exposure.
 pub fn panels(rows: &[(&Photograph, &[[f32; 3]])]) -> Result<Vec<u8>> {
     let mut values: Vec<f32> = rows.iter().flat_map(|(p, _)| p.image.rgb.iter().flatten().copied().filter(|v| v.is_finite())).collect();
-    values.sort_by(f32::total_cmp);
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place in a list")]
-    let white = values.get((WHITE * values.len().saturating_sub(1) as f64) as usize).map_or(1.0, |v| f64::from(*v).max(1e-12));
+    let white = rank(&mut values, WHITE).map_or(1.0, |v| f64::from(v).max(1e-12));
     let zoom = |p: &Photograph| LEAST_WIDTH.div_ceil(p.image.width as usize).clamp(1, 8);
     let width = rows.iter().map(|(p, _)| 3 * zoom(p) * p.image.width as usize + 2 * GAP).max().unwrap_or(1);
     let height = rows.iter().map(|(p, _)| zoom(p) * p.image.height as usize + GAP).sum::<usize>().saturating_sub(GAP).max(1);
@@ -56,17 +55,11 @@ pub fn panels(rows: &[(&Photograph, &[[f32; 3]])]) -> Result<Vec<u8>> {
     output::png::encode([side(width), side(height)], &pixels, false, "made by biscale fit", &comment)
 }
 
-fn byte(share: f64) -> u8 {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 0..=255")]
-    let byte = (share.clamp(0.0, 1.0) * 255.0).round() as u8;
-    byte
-}
-
 /// What is left out is grey.
 const LEFT_OUT: [u8; 3] = [96; 3];
 
 fn shown(rgb: [f32; 3], white: f64) -> [u8; 3] {
-    if rgb[0].is_finite() { rgb.map(|v| byte(linear_to_srgb(f64::from(v) / white))) } else { LEFT_OUT }
+    if rgb[0].is_finite() { rgb.map(|v| srgb_byte(f64::from(v) / white)) } else { LEFT_OUT }
 }
 
 fn apart(a: [f32; 3], b: [f32; 3], white: f64) -> [u8; 3] {

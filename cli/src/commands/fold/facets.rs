@@ -7,6 +7,7 @@ use crate::common::output;
 use crate::common::progress;
 use biscale::error::{BadInput, Error, Result};
 use biscale::filter::Control;
+use biscale::numerics::cast::truncate_u64;
 use biscale_fabricate::design::{Source, Texture};
 use biscale_fabricate::drawing::{Look, Sheets, assembly_page, sheets};
 use biscale_fabricate::formats::{Content, side_by_side};
@@ -108,8 +109,7 @@ fn check_parts(job: &FoldJob<'_>, mesh: &Mesh) -> Result<Option<String>> {
 fn unfolded(job: &FoldJob<'_>, mesh: &Mesh, textured: bool, notes: &mut Vec<String>, control: &Control<'_>) -> Result<Pattern> {
     let tabs = TabStyle { width: job.args.sheet.tab };
     let default = Effort::default();
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a positive number far below 2^63")]
-    let work = (default.work as f64 * job.args.search.effort) as u64;
+    let work = truncate_u64(default.work as f64 * job.args.search.effort);
     let effort = Effort { seed: job.args.search.seed, work, ..default };
     let begin = (control.clock)();
     let limit = job.args.search.time_limit.map_or(f64::INFINITY, |t| t.as_secs_f64());

@@ -9,6 +9,7 @@ use super::svg::{Anchor, Svg, stroke};
 use biscale::error::Result;
 use biscale::filter::Control;
 use biscale::material::{Material, SmallScale, Tint};
+use biscale::numerics::colour::srgb_byte;
 use biscale::visibility::rays::{Hit, Occlusion, PeriodicBvh};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -156,7 +157,7 @@ pub fn view(material: &Material, surface: &SmallScale, count: Option<u32>, contr
                         *sum += colour / (n * n) as f64;
                     }
                 }
-                bytes.extend(sum.map(srgb));
+                bytes.extend(sum.map(srgb_byte));
                 bytes.push(u8::MAX);
             }
             (control.progress)("view", done.fetch_add(1, Ordering::Relaxed) as f64 / height as f64);
@@ -224,15 +225,6 @@ fn uv(surface: &SmallScale, hit: &Hit) -> Option<DVec2> {
     Some(uv[0] * weight(b, c) + uv[1] * weight(c, a) + uv[2] * weight(a, b))
 }
 
-/// IEC 61966-2-1, eight bits.
-fn srgb(linear: f64) -> u8 {
-    let v = linear.clamp(0.0, 1.0);
-    let encoded = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in 0..=255")]
-    let byte = (encoded * 255.0).round() as u8;
-    byte
-}
-
 /// The strip below the view: name, size, parts, and a scale bar.
 fn strip(material: &Material, surface: &SmallScale, scene: &Scene, colours: &[[f64; 3]]) -> Svg {
     let (width, top) = (f64::from(WIDTH), f64::from(HEIGHT));
@@ -275,7 +267,7 @@ fn parts(svg: &mut Svg, surface: &SmallScale, colours: &[[f64; 3]], right: f64, 
     for (index, (covering, colour)) in surface.surfaces.iter().zip(colours).enumerate() {
         let used = surface.surface_of_triangle.iter().any(|&s| usize::from(s) == index);
         let name = if covering.part == "*" { "the rest" } else { &covering.part };
-        let colour = colour.map(srgb);
+        let colour = colour.map(srgb_byte);
         if used && !entries.iter().any(|e| e.0 == colour) {
             entries.push((colour, name));
         }
@@ -317,6 +309,6 @@ mod tests {
 
     #[test]
     fn white_black_and_middle_grey_are_encoded_as_the_standard_says() {
-        assert_eq!([0.0, 1.0, 0.215_861, 2.0, -1.0].map(srgb), [0, 255, 128, 255, 0]);
+        assert_eq!([0.0, 1.0, 0.215_861, 2.0, -1.0].map(srgb_byte), [0, 255, 128, 255, 0]);
     }
 }

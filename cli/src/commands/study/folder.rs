@@ -167,7 +167,9 @@ impl Folder {
             Ok(bytes) => match serde_json::from_slice::<StudyIdentity>(&bytes) {
                 Ok(before) if before == *identity => Ok(true),
                 _ if force => Ok(false),
-                Ok(before) => Err(bad(format!("this folder holds a study with another {}, of \"{}\"", before.differs(identity), before.name))),
+                Ok(before) => {
+                    Err(bad(format!("this folder holds a study with another {}, of \"{}\"", before.differs(identity), before.name)))
+                }
                 Err(_) => Err(bad(format!("its {STUDY} is not one of this program"))),
             },
             Err(_) if force => Ok(false),
@@ -344,7 +346,10 @@ mod tests {
         assert!(message.contains("report.md of other origin"), "{message}");
         let input = temporary.path().join(PAIRS);
         std::fs::write(&input, "").unwrap();
-        let message = Folder::open(temporary.path(), &identity(), &Opening { force: true, inputs: &[Some(&input)], pictures: &[] }).err().unwrap().to_string();
+        let message = Folder::open(temporary.path(), &identity(), &Opening { force: true, inputs: &[Some(&input)], pictures: &[] })
+            .err()
+            .unwrap()
+            .to_string();
         assert!(message.contains("its own input pairs.csv"), "{message}");
     }
 

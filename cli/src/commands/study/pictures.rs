@@ -40,14 +40,29 @@ struct RenderSetting {
 }
 
 /// What the others are compared with.
-const FINE: RenderSetting = RenderSetting { name: "direct-fine", method: TriedMethod::Direct, variant: "paper", tolerance: [0.02, 0.05], bounces: 0, against: "" };
+const FINE: RenderSetting =
+    RenderSetting { name: "direct-fine", method: TriedMethod::Direct, variant: "paper", tolerance: [0.02, 0.05], bounces: 0, against: "" };
 const SETTINGS: [RenderSetting; 6] = [
     FINE,
     RenderSetting { name: "direct-rough", tolerance: [0.2, 0.2], against: FINE.name, ..FINE },
     RenderSetting { name: "lowrank-paper", method: TriedMethod::Lowrank, against: FINE.name, ..FINE },
-    RenderSetting { name: "lowrank-improved", method: TriedMethod::Lowrank, variant: "improved", tolerance: [0.05, 0.1], against: FINE.name, ..FINE },
+    RenderSetting {
+        name: "lowrank-improved",
+        method: TriedMethod::Lowrank,
+        variant: "improved",
+        tolerance: [0.05, 0.1],
+        against: FINE.name,
+        ..FINE
+    },
     RenderSetting { name: "reference", method: TriedMethod::Reference, tolerance: [0.05, 0.1], against: FINE.name, ..FINE },
-    RenderSetting { name: "interreflections", method: TriedMethod::Reference, tolerance: [0.05, 0.1], bounces: 4, against: "reference", ..FINE },
+    RenderSetting {
+        name: "interreflections",
+        method: TriedMethod::Reference,
+        tolerance: [0.05, 0.1],
+        bounces: 4,
+        against: "reference",
+        ..FINE
+    },
 ];
 
 /// One picture, and how far it is from the one that it is compared with.

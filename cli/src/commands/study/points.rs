@@ -2,6 +2,7 @@
 
 use super::record::{DONE, Record};
 use biscale::filter::LowRankFacts;
+use biscale::numerics::statistics::{mean, median};
 use biscale::study::{Asked, Family, Series, Work, cost_at, frontier};
 
 /// What the runs of a setting say together.
@@ -68,8 +69,8 @@ impl Point {
             psnr_db: some(all(|r| r.psnr_db)).map(|v| -10.0 * mean(v.iter().map(|p| 10.0_f64.powf(-0.1 * p))).log10()),
             p95: mean(all(|r| r.p95).into_iter()),
             bias: mean(all(|r| r.bias).into_iter()),
-            cpu_s: median(cpu),
-            wall_s: median(all(|r| r.wall_s)),
+            cpu_s: median(cpu).unwrap_or_default(),
+            wall_s: median(all(|r| r.wall_s)).unwrap_or_default(),
             peak_mib: largest(all(|r| r.peak_mib)),
             added_mib: largest(all(|r| r.added_mib)),
             precomputed_s: largest(all(|r| r.precomputed_s)),
@@ -94,19 +95,6 @@ impl Point {
     /// The error if it is resolved, or else what it is at most.
     pub fn shown_error(&self) -> f64 {
         if self.is_resolved() { self.error } else { self.at_most }
-    }
-}
-
-fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
-    let count = values.len();
-    values.sum::<f64>() / count.max(1) as f64
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    match values.len() {
-        0 => 0.0,
-        n => values[n / 2].midpoint(values[(n - 1) / 2]),
     }
 }
 

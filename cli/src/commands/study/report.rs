@@ -1,10 +1,11 @@
 //! `report.md`: what a study says, in tables.
 
-use super::plan::StudyPlan;
 use super::axes::{percent, seconds, significant};
 use super::pictures::StudyPicture;
+use super::plan::StudyPlan;
 use super::points::{Point, best_other, competing};
 use super::record::{DONE, Record, TRUTH};
+use biscale::numerics::cast::truncate_usize;
 use biscale::study::{Asked, Family, Series, Truth};
 use std::fmt::Write as _;
 
@@ -331,8 +332,7 @@ fn share(kept: f64) -> String {
     if 1.0 - kept < ALL_BUT {
         return "> 99.9999 %".to_owned();
     }
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-    let decimals = (-(1.0 - kept).max(ALL_BUT).log10()).clamp(1.0, 6.0) as usize;
+    let decimals = truncate_usize((-(1.0 - kept).max(ALL_BUT).log10()).clamp(1.0, 6.0));
     format!("{:.decimals$} %", 100.0 * kept)
 }
 

@@ -49,7 +49,8 @@ impl Runs<'_> {
             let arguments = plan.arguments(*asked, &self.list(), setting, *seed);
             let end = child::make(&arguments, &self.folder.path(folder::CACHE), plan.time_limit, control)?;
             let truth = &truths.iter().find(|(of, _)| of == asked).expect("each question has its truth").1;
-            let deviation = |result: &child::RunResult| (result.fbar.len() == truth.value.len()).then(|| study::deviation(&result.fbar, truth));
+            let deviation =
+                |result: &child::RunResult| (result.fbar.len() == truth.value.len()).then(|| study::deviation(&result.fbar, truth));
             self.records.add(Record::new(*asked, setting, *seed, &end, deviation))?;
         }
         Ok(truths)
