@@ -20,8 +20,8 @@ const READ: [&str; 5] = ["rs", "md", "sh", "py", "toml"];
 const CITED: [&str; 4] = ["md", "rs", "sh", "py"];
 /// Folders of the repository: in a page each path into one of them is a citation.
 const ROOMS: [&str; 10] = ["src/", "cli/", "fabricate/", "capture/", "fit/", "tests/", "benches/", "samples/", "scripts/", "docs/"];
-/// Names of files that commands write, and of files of other programs.
-const OUTPUTS: [&str; 1] = ["report.md"];
+/// Names that are no citations: of files that commands write, and those that stand for any file of their kind.
+const ANY: [&str; 6] = ["report.md", "mod.rs", "lib.rs", "main.rs", "x.rs", "x_tests.rs"];
 
 /// One citation of a file.
 #[derive(Debug, PartialEq)]
@@ -211,7 +211,7 @@ fn problems_of(root: &Path, path: &Path, text: &str) -> Vec<String> {
     let shown = path.strip_prefix(root).unwrap_or(path).display().to_string();
     let mut problems = Vec::new();
     for Citation { line, target, sections } in citations(&Prose::new(text, ending), ending == "md") {
-        if OUTPUTS.contains(&target.as_str()) {
+        if ANY.contains(&target.as_str()) {
             continue;
         }
         match resolve(root, path, &target) {
