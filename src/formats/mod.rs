@@ -6,6 +6,7 @@
 pub mod capture;
 pub mod merl;
 pub mod rgl;
+pub mod svg;
 
 use crate::error::{BadInput, Error, Result};
 use std::fs::File;

@@ -15,7 +15,10 @@ mod strips;
 pub use assembly::{assembly_page, order};
 pub use footer::{BAR, footer};
 pub use look::Look;
-pub use page::{BLACK, GREY, HALO_WIDTH, Item, LAYERS, LINE_WIDTH, Layer, Mark, Page, PieceImage, Style, number, srgb, text_width};
+pub use page::{
+    BLACK, BOLD_WIDTH, DECIMALS, GREY, HALO_WIDTH, Item, LAYERS, LINE_WIDTH, Layer, Mark, Page, PieceImage, Style, THIN_WIDTH, number,
+    srgb, text_width,
+};
 pub use registration::SILHOUETTE_INSET;
 pub use sheets::{Sheets, sheets};
 pub use strips::strip_pages;

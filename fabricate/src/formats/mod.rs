@@ -6,7 +6,7 @@ mod origami_simulator;
 mod output;
 mod pdf;
 mod png;
-pub mod svg;
+mod svg;
 mod svg_tree;
 
 pub use fold_file::CREATOR;

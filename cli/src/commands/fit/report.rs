@@ -4,8 +4,9 @@ use super::files::{digits, flags};
 use super::flip::mean_flip;
 use super::report_plots::{convergence, profile_plot};
 use super::{pictures, trade};
-use crate::commands::plot::svg::{Svg, base64};
+use crate::commands::plot::svg::Svg;
 use biscale::error::Result;
+use biscale::formats::svg::png_url;
 use biscale_fit::fit_file::spec::Spec;
 use biscale_fit::photograph::image::Photograph;
 use biscale_fit::run::{Options, Outcome};
@@ -83,7 +84,7 @@ fn photographs(outcome: &Outcome) -> Result<Markup> {
                 " over directions, " (percent(compared.pixel_relative_rms)) " over pixels; ΔE ITP " (format!("{:.2}", compared.delta_e_itp))
                 "; FLIP " (format!("{flip:.3}"))
                 br;
-                img alt="photograph, material, difference" src={ "data:image/png;base64," (base64(&png)) };
+                img alt="photograph, material, difference" src=(png_url(&png));
             }
         });
     }

@@ -1,13 +1,12 @@
-//! A picture as SVG text, written by hand: lines, curves, text, one embedded image; and the same as PNG.
+//! A picture as SVG: lines, curves, text, one embedded image; and the same as PNG.
 //!
 //! Coordinates are in pixels of the picture, x to the right, y down. The font is embedded in this program and used for the PNG;
 //! an SVG names it, and substitutes that other machines have.
 
 use biscale::error::{Error, Result};
-use biscale_fabricate::formats::svg::escape;
+use biscale::formats::svg::{Element, NAMESPACE, SvgWriter, decimal, path_data, png_url, polygon_points};
 use resvg::tiny_skia::{Pixmap, PixmapPaint, Transform};
 use resvg::usvg;
-use std::fmt::Write as _;
 use std::sync::Arc;
 
 /// The first comment of every SVG of `biscale plot`: how an output is recognised.
@@ -15,14 +14,15 @@ pub const MARK: &str = "made by biscale plot";
 
 const FONT: &str = "'DejaVu Sans', Verdana, Arial, sans-serif";
 
+/// Decimals of coordinates, pixels: far below what is seen.
+const DECIMALS: usize = 2;
+
 /// A picture that grows by drawing on it; later strokes lie on earlier ones.
 #[derive(Clone, Debug)]
 pub struct Svg {
     pub width: f64,
     pub height: f64,
-    /// The first comment of the file.
-    mark: &'static str,
-    body: String,
+    writer: SvgWriter,
 }
 
 /// Where a text stands from its point.
@@ -48,17 +48,22 @@ pub fn stroke(colour: &str, width: f64) -> Stroke<'_> {
 }
 
 impl Stroke<'_> {
-    fn attributes(&self) -> String {
-        let dashes = if self.dashes.is_empty() { String::new() } else { format!(" stroke-dasharray=\"{}\"", self.dashes) };
-        format!("stroke=\"{}\" stroke-width=\"{}\"{dashes}", self.colour, number(self.width))
+    fn of<'w>(&self, element: Element<'w>) -> Element<'w> {
+        element
+            .attribute("stroke", self.colour)
+            .attribute("stroke-width", number(self.width))
+            .optional("stroke-dasharray", (!self.dashes.is_empty()).then_some(self.dashes))
     }
 }
 
-/// Two decimals, as short as possible.
 fn number(x: f64) -> String {
-    let text = format!("{x:.2}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+    decimal(x, DECIMALS)
+}
+
+/// The upper half of a circle, as the attribute `d` of a path.
+fn half_circle([x, y]: [f64; 2], radius: f64) -> String {
+    let (left, right, r, y) = (number(x - radius), number(x + radius), number(radius), number(y));
+    format!("M{left} {y}A{r} {r} 0 0 1 {right} {y}")
 }
 
 impl Svg {
@@ -69,7 +74,18 @@ impl Svg {
 
     /// A white picture whose first comment is `mark`.
     pub fn made_by(mark: &'static str, width: f64, height: f64) -> Self {
-        Self { width, height, mark, body: format!("<rect width=\"{}\" height=\"{}\" fill=\"white\"/>\n", number(width), number(height)) }
+        let mut writer = SvgWriter::new();
+        let (w, h) = (number(width), number(height));
+        writer
+            .element("svg")
+            .attribute("xmlns", NAMESPACE)
+            .attribute("width", &w)
+            .attribute("height", &h)
+            .attribute("viewBox", format_args!("0 0 {w} {h}"))
+            .open();
+        writer.comment(mark);
+        writer.element("rect").attribute("width", w).attribute("height", h).attribute("fill", "white").close();
+        Self { width, height, writer }
     }
 
     /// A straight line.
@@ -84,88 +100,76 @@ impl Svg {
 
     /// A line through points, inside the clip region of this name if one is given.
     pub fn clipped_path(&mut self, points: &[[f64; 2]], stroke: Stroke<'_>, clip: Option<&str>) {
-        let mut d = String::new();
-        for (i, [x, y]) in points.iter().enumerate() {
-            let command = if i == 0 { 'M' } else { 'L' };
-            let _ = write!(d, "{command}{} {}", number(*x), number(*y));
-        }
-        let clip = clip.map_or(String::new(), |name| format!(" clip-path=\"url(#{name})\""));
-        let _ = writeln!(
-            self.body,
-            "<path d=\"{d}\" fill=\"none\" stroke-linejoin=\"round\" stroke-linecap=\"round\" {}{clip}/>",
-            stroke.attributes()
-        );
+        let path = self
+            .writer
+            .element("path")
+            .attribute("d", path_data(points.iter().copied(), false, DECIMALS))
+            .attribute("fill", "none")
+            .attribute("stroke-linejoin", "round")
+            .attribute("stroke-linecap", "round");
+        stroke.of(path).optional("clip-path", clip.map(|name| format!("url(#{name})"))).close();
+    }
+
+    fn begin_polygon(&mut self, points: &[[f64; 2]], fill: &str) -> Element<'_> {
+        self.writer.element("polygon").attribute("points", polygon_points(points.iter().copied(), DECIMALS)).attribute("fill", fill)
     }
 
     /// A filled polygon without an outline.
     pub fn polygon(&mut self, points: &[[f64; 2]], fill: &str) {
-        let points: Vec<String> = points.iter().map(|[x, y]| format!("{},{}", number(*x), number(*y))).collect();
-        let _ = writeln!(self.body, "<polygon points=\"{}\" fill=\"{fill}\"/>", points.join(" "));
+        self.begin_polygon(points, fill).close();
     }
 
     /// A filled polygon with an outline.
     pub fn outlined_polygon(&mut self, points: &[[f64; 2]], fill: &str, stroke: Stroke<'_>) {
-        let points: Vec<String> = points.iter().map(|[x, y]| format!("{},{}", number(*x), number(*y))).collect();
-        let _ = writeln!(
-            self.body,
-            "<polygon points=\"{}\" fill=\"{fill}\" stroke-linejoin=\"round\" {}/>",
-            points.join(" "),
-            stroke.attributes()
-        );
+        stroke.of(self.begin_polygon(points, fill).attribute("stroke-linejoin", "round")).close();
     }
 
     /// A rectangle with an outline.
-    pub fn rectangle(&mut self, [x, y]: [f64; 2], [w, h]: [f64; 2], fill: &str, outline: &str) {
-        let [x, y, w, h] = [x, y, w, h].map(number);
-        let _ = writeln!(
-            self.body,
-            "<rect x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\" fill=\"{fill}\" stroke=\"{outline}\" stroke-width=\"0.8\"/>"
-        );
+    pub fn rectangle(&mut self, corner: [f64; 2], size: [f64; 2], fill: &str, outline: &str) {
+        let ([x, y], [w, h]) = (corner.map(number), size.map(number));
+        let rectangle = self.writer.element("rect").attribute("x", x).attribute("y", y).attribute("width", w).attribute("height", h);
+        rectangle.attribute("fill", fill).attribute("stroke", outline).attribute("stroke-width", "0.8").close();
     }
 
     /// The upper half of a circle.
-    pub fn half_circle(&mut self, [x, y]: [f64; 2], radius: f64, stroke: Stroke<'_>) {
-        let (left, right, r, y) = (number(x - radius), number(x + radius), number(radius), number(y));
-        let _ = writeln!(self.body, "<path d=\"M{left} {y}A{r} {r} 0 0 1 {right} {y}\" fill=\"none\" {}/>", stroke.attributes());
+    pub fn half_circle(&mut self, centre: [f64; 2], radius: f64, stroke: Stroke<'_>) {
+        let path = self.writer.element("path").attribute("d", half_circle(centre, radius)).attribute("fill", "none");
+        stroke.of(path).close();
     }
 
     /// Names the half disc of [`Self::half_circle`] as a clip region.
-    pub fn clip_half_disc(&mut self, name: &str, [x, y]: [f64; 2], radius: f64) {
-        let (left, right, r, y) = (number(x - radius), number(x + radius), number(radius), number(y));
-        let _ = writeln!(self.body, "<clipPath id=\"{name}\"><path d=\"M{left} {y}A{r} {r} 0 0 1 {right} {y}Z\"/></clipPath>");
+    pub fn clip_half_disc(&mut self, name: &str, centre: [f64; 2], radius: f64) {
+        let disc = half_circle(centre, radius) + "Z";
+        self.writer.element("clipPath").attribute("id", name).child(|svg| svg.element("path").attribute("d", disc).close());
     }
 
     /// Text of a size in pixels; its baseline is at the point.
-    pub fn text(&mut self, [x, y]: [f64; 2], size: f64, anchor: Anchor, colour: &str, text: &str) {
+    pub fn text(&mut self, at: [f64; 2], size: f64, anchor: Anchor, colour: &str, text: &str) {
         let anchor = match anchor {
             Anchor::Start => "start",
             Anchor::Middle => "middle",
             Anchor::End => "end",
         };
-        let [x, y, size] = [x, y, size].map(number);
-        let _ = writeln!(
-            self.body,
-            "<text x=\"{x}\" y=\"{y}\" font-family=\"{FONT}\" font-size=\"{size}\" text-anchor=\"{anchor}\" fill=\"{colour}\">{}</text>",
-            escape(text)
-        );
+        let [x, y] = at.map(number);
+        self.writer
+            .element("text")
+            .attribute("x", x)
+            .attribute("y", y)
+            .attribute("font-family", FONT)
+            .attribute("font-size", number(size))
+            .attribute("text-anchor", anchor)
+            .attribute("fill", colour)
+            .text(text);
     }
 
     /// The picture as text; with `image` (a PNG) below everything, as wide as the picture and of this height.
     pub fn finish(&self, image: Option<(&[u8], f64)>) -> String {
-        let (width, height) = (number(self.width), number(self.height));
-        let mut out = String::with_capacity(self.body.len() + 1024);
-        let _ = writeln!(
-            out,
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\">"
-        );
-        let _ = writeln!(out, "<!-- {} -->", self.mark);
-        out.push_str(&self.body);
-        if let Some((png, image_height)) = image {
-            let data = base64(png);
-            let _ = writeln!(out, "<image width=\"{width}\" height=\"{}\" href=\"data:image/png;base64,{data}\"/>", number(image_height));
+        let mut writer = self.writer.clone();
+        if let Some((png, height)) = image {
+            let image = writer.element("image").attribute("width", number(self.width)).attribute("height", number(height));
+            image.attribute("href", png_url(png)).close();
         }
-        out.push_str("</svg>\n");
-        out
+        writer.finish()
     }
 
     /// The picture as pixels, `scale` a pixel of the picture, with `image` at the top if one is given (of that scale already).
@@ -207,30 +211,9 @@ pub fn png(pixels: &Pixmap) -> Result<Vec<u8>> {
     Ok(out)
 }
 
-/// Base 64 with padding (RFC 4648, section 4).
-pub fn base64(bytes: &[u8]) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for chunk in bytes.chunks(3) {
-        let word = (0..3).fold(0_u32, |word, i| word << 8 | u32::from(chunk.get(i).copied().unwrap_or(0)));
-        for i in 0..4 {
-            let digit = DIGITS[(word >> (18 - 6 * i)) as usize & 63];
-            out.push(if i <= chunk.len() { char::from(digit) } else { '=' });
-        }
-    }
-    out
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn base64_is_that_of_the_standard() {
-        for (bytes, text) in [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foob", "Zm9vYg=="), ("foobar", "Zm9vYmFy")] {
-            assert_eq!(base64(bytes.as_bytes()), text);
-        }
-    }
 
     #[test]
     fn texts_of_users_cannot_break_the_file() {
