@@ -1,6 +1,6 @@
 //! Pieces onto pages: each turned so that it takes little room, on shelves from the largest to the smallest.
 
-use crate::polygon::hull;
+use crate::polygon::{bounds, hull};
 use biscale::error::BadInput;
 use glam::DVec2;
 
@@ -35,7 +35,7 @@ fn turns(hull: &[DVec2]) -> Vec<Turn> {
         // The side becomes horizontal, or vertical.
         for x in [DVec2::new(along.x, -along.y), DVec2::new(along.y, along.x)] {
             let turned = hull.iter().map(|p| p.x * x + p.y * x.perp());
-            let (low, high) = turned.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
+            let [low, high] = bounds(turned);
             out.push(Turn { x, low, size: high - low });
         }
     }
@@ -60,7 +60,7 @@ pub fn shelves(outlines: &[Vec<DVec2>], area: DVec2, roll: bool) -> Result<(Vec<
             let least = all.iter().min_by(|a, b| a.size.max_element().total_cmp(&b.size.max_element()));
             let size = least.map_or(DVec2::ZERO, |t| t.size);
             let problem = format!("piece {} is {:.1} x {:.1} mm and a page holds {:.1} x {:.1} mm", k + 1, size.x, size.y, area.x, area.y);
-            return Err(BadInput::new(problem, "take a larger page, a smaller scale, or --split").at_field("--page"));
+            return Err(BadInput::new(problem, "take a larger `page`, a smaller `scale`, or set `split`").at_field("page"));
         };
         chosen.push((k, best));
     }
@@ -107,7 +107,7 @@ mod tests {
             .zip(&places)
             .map(|(o, p)| {
                 let moved = o.iter().map(|q| q.x * p.x + q.y * p.x.perp() + p.shift);
-                let (l, h) = moved.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), q| (l.min(q), h.max(q)));
+                let [l, h] = bounds(moved);
                 (p.page, l, h)
             })
             .collect();

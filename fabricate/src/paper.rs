@@ -44,7 +44,7 @@ impl Paper {
             let problem =
                 format!("the page of {} x {} mm with its margin leaves {:.0} x {:.0} mm", self.size.x, self.size.y, size.x, size.y);
             return Err(
-                BadInput::new(problem, "take a larger page or a smaller margin: 110 mm across and 20 mm up are needed").at_field("--page")
+                BadInput::new(problem, "take a larger page or a smaller margin: 110 mm across and 20 mm up are needed").at_field("page")
             );
         }
         Ok(())

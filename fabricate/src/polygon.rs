@@ -29,9 +29,7 @@ impl Convex {
 
     /// Lowest and highest coordinates.
     pub fn bounds(&self) -> [DVec2; 2] {
-        let points = self.points();
-        let low = points.iter().copied().fold(DVec2::INFINITY, DVec2::min);
-        [low, points.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max)]
+        bounds(self.points().iter().copied())
     }
 
     /// Whether the two share more than a border: by the separating axis theorem, with [`TOUCH`] allowed.
@@ -49,6 +47,11 @@ impl Convex {
             most <= 0.0 || most * most <= TOUCH * TOUCH * along.length_squared()
         })
     }
+}
+
+/// Lowest and highest coordinates of points.
+pub fn bounds(points: impl IntoIterator<Item = DVec2>) -> [DVec2; 2] {
+    points.into_iter().fold([DVec2::INFINITY, DVec2::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)])
 }
 
 /// Signed area, positive for counter-clockwise.

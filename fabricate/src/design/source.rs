@@ -16,7 +16,7 @@ pub const MESH_ENDINGS: [&str; 3] = ["obj", "ply", "stl"];
 /// Most triangles of a repeated tile that are looked at: a sheet that a person folds has thousands at most.
 pub const MAX_TRIANGLES: usize = 2_000_000;
 
-/// What is made without `--size` and `--periods`, mm.
+/// What is made where neither size nor periods are given, mm. Chosen, not measured: fits a4 upright with its margins and tabs.
 pub const DEFAULT_SIZE: DVec2 = DVec2::new(120.0, 80.0);
 
 /// What the user says about the size.
@@ -105,8 +105,8 @@ impl Source {
                 None => Ok([1, 1]),
                 Some(_) => {
                     let bad =
-                        BadInput::new("a mesh file has no period to repeat", "leave --size and --periods out, or write a material file");
-                    Err(bad.at_field("--size").into())
+                        BadInput::new("a mesh file has no period to repeat", "leave `size` and `periods` out, or write a material file");
+                    Err(bad.at_field("size").into())
                 }
             };
         }
@@ -117,13 +117,13 @@ impl Source {
             None => (DEFAULT_SIZE / period).round().max(DVec2::ONE).min(DVec2::splat(1e9)).to_array().map(|x| x as u32),
         };
         if periods.contains(&0) {
-            return Err(BadInput::new("0 periods make no sheet", "write at least 1x1").at_field("--periods").into());
+            return Err(BadInput::new("0 periods make no sheet", "write at least 1x1").at_field("periods").into());
         }
         if let Self::Material(m) = self {
             let triangles = m.1.tile.triangles.len() as f64 * f64::from(periods[0]) * f64::from(periods[1]);
             if triangles > MAX_TRIANGLES as f64 {
                 let problem = format!("{} x {} periods have {triangles:.0} triangles, more than {MAX_TRIANGLES}", periods[0], periods[1]);
-                let remedy = "make the sheet smaller with --size or --periods, or the design larger with --scale";
+                let remedy = "make the sheet smaller with `size` or `periods`, or the design larger with `scale`";
                 return Err(BadInput::new(problem, remedy).into());
             }
         }
@@ -200,6 +200,6 @@ pub fn check_scale(scale: f64) -> Result<f64> {
     if scale.is_finite() && scale > 0.0 {
         Ok(scale)
     } else {
-        Err(Error::from(BadInput::new(format!("the scale is {scale}"), "write a number above 0, such as 2").at_field("--scale")))
+        Err(Error::from(BadInput::new(format!("the scale is {scale}"), "write a number above 0, such as 2").at_field("scale")))
     }
 }

@@ -1,14 +1,20 @@
 //! The page that tells how to put the pieces together: the folded surface, the pieces with their numbers, the order.
 
-use super::page::{BLACK, GREY, Layer, Mark, Page, Style, srgb, text_width};
+use super::page::{BLACK, GREY, Layer, Mark, Page, Style, WHITE, srgb, text_width};
 use crate::mesh::Mesh;
 use crate::paper::Paper;
-use crate::unfold::Pattern;
+use crate::polygon::{area, bounds};
+use crate::unfold::{Pattern, Piece};
 use glam::{DVec2, DVec3};
 
 /// Where the picture is seen from: degrees from x and above the horizon.
 const AZIMUTH_DEG: f64 = -60.0;
 const ELEVATION_DEG: f64 = 35.0;
+/// Size of the numbers of pieces in the picture, mm.
+const NUMBER: f64 = 3.4;
+/// Most pieces that are numbered in the picture, and most that are listed: more do not fit one page.
+const MOST_NUMBERS: usize = 99;
+const MOST_LISTED: usize = 40;
 /// Facets beyond which a picture of them is no help on one page.
 const MOST_DRAWN: usize = 6000;
 
@@ -46,7 +52,7 @@ pub fn order(mesh: &Mesh, pattern: &Pattern) -> Vec<usize> {
     out
 }
 
-/// A colour that tells pieces apart: hues by the golden angle.
+/// A colour that tells the `k`th piece from its neighbours: hues a golden ratio of the circle apart, so that no two of few are close.
 fn hue(k: usize) -> [u8; 3] {
     let h = (k as f64 * 0.618_033_988_75).fract() * 6.0;
     let ramp = |shift: f64| (((h + shift) % 6.0 - 3.0).abs() - 1.0).clamp(0.0, 1.0);
@@ -111,27 +117,78 @@ pub fn assembly_page(mesh: &Mesh, pattern: &Pattern, paper: Paper, title: &str) 
     page
 }
 
+/// How the folded surface is seen on the page.
+struct View {
+    /// Unit vectors of space: towards the viewer, to the right and up on the page, towards the light.
+    back: DVec3,
+    right: DVec3,
+    up: DVec3,
+    light: DVec3,
+    /// From the projection to the page.
+    centre: DVec2,
+    scale: f64,
+    /// Largest extent of the projection, mm.
+    extent: f64,
+}
+
+impl View {
+    /// The view that fits a mesh between two corners of a page.
+    fn new(mesh: &Mesh, [low, high]: [DVec2; 2]) -> Self {
+        let ((sin_e, cos_e), (sin_a, cos_a)) = (ELEVATION_DEG.to_radians().sin_cos(), AZIMUTH_DEG.to_radians().sin_cos());
+        let back = DVec3::new(cos_e * cos_a, cos_e * sin_a, sin_e);
+        let right = DVec3::new(-sin_a, cos_a, 0.0);
+        let light = (0.4 * back - 0.6 * right + 0.7 * DVec3::Z).normalize();
+        let mut view = Self { back, right, up: back.cross(right), light, centre: DVec2::ZERO, scale: 1.0, extent: 0.0 };
+        let [l, h] = bounds(mesh.vertices.iter().map(|&v| view.project(v)));
+        view.scale = ((high - low) / (h - l).max(DVec2::splat(1e-9))).min_element();
+        view.centre = 0.5 * (low + high) - 0.5 * (l + h) * view.scale;
+        view.extent = (h - l).max_element();
+        view
+    }
+
+    fn project(&self, v: DVec3) -> DVec2 {
+        DVec2::new(v.dot(self.right), v.dot(self.up))
+    }
+
+    /// A projected point on the page.
+    fn on_page(&self, p: DVec2) -> DVec2 {
+        self.centre + p * self.scale
+    }
+
+    /// How bright a facet is, 0 to 1; its back is dark.
+    fn shade(&self, normal: DVec3) -> f64 {
+        if normal.dot(self.back) < 0.0 { 0.45 } else { 0.62 + 0.38 * normal.dot(self.light).max(0.0) }
+    }
+}
+
 /// The folded surface from the front, each piece in a hue of its own, with its number.
 fn picture(page: &mut Page, mesh: &Mesh, pattern: &Pattern, [low, high]: [DVec2; 2]) {
-    let ((sin_e, cos_e), (sin_a, cos_a)) = (ELEVATION_DEG.to_radians().sin_cos(), AZIMUTH_DEG.to_radians().sin_cos());
-    let back = DVec3::new(cos_e * cos_a, cos_e * sin_a, sin_e);
-    let right = DVec3::new(-sin_a, cos_a, 0.0);
-    let up = back.cross(right);
-    let light = (0.4 * back - 0.6 * right + 0.7 * DVec3::Z).normalize();
-    let project = |v: DVec3| DVec2::new(v.dot(right), v.dot(up));
-    let seen: Vec<DVec2> = mesh.vertices.iter().map(|&v| project(v)).collect();
-    let (l, h) = seen.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
-    let scale = ((high - low) / (h - l).max(DVec2::splat(1e-9))).min_element();
-    let centre = 0.5 * (low + high) - 0.5 * (l + h) * scale;
     let facets: usize = pattern.pieces.iter().map(|p| p.facets.len()).sum();
     if facets > MOST_DRAWN {
         page.text(0.5 * (low + high), 4.0, format!("{facets} facets: too many to draw here"));
         return;
     }
-    // From the back to the front, in parts so small that none lies both before and behind another one.
-    let mut parts: Vec<Fragment> = Vec::new();
-    let area: f64 = mesh.facets.iter().map(|f| crate::polygon::area(&f.flat)).sum();
-    let longest = ((h - l).max_element() / FINENESS).max((2.0 * area / MOST_PARTS).sqrt());
+    let view = View::new(mesh, [low, high]);
+    for fragment in fragments(mesh, pattern, &view) {
+        let points = fragment.corners.map(|c| view.on_page(view.project(c)));
+        let shade = view.shade(mesh.facets[fragment.facet as usize].normal);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
+        let fill = hue(pattern.pieces[fragment.piece].name - 1).map(|c| (f64::from(c) * shade) as u8);
+        page.polygon(&points, fill);
+        for j in (0..3).filter(|&j| fragment.border[j]) {
+            page.line(Layer::Print, Style::Thin, &[points[j], points[(j + 1) % 3]], false);
+        }
+    }
+    for piece in pattern.pieces.iter().take(MOST_NUMBERS) {
+        number(page, mesh, piece, &view);
+    }
+}
+
+/// The facets from the back to the front, in parts so small that none lies both before and behind another one.
+fn fragments(mesh: &Mesh, pattern: &Pattern, view: &View) -> Vec<Fragment> {
+    let mut out: Vec<Fragment> = Vec::new();
+    let whole: f64 = mesh.facets.iter().map(|f| area(&f.flat)).sum();
+    let longest = (view.extent / FINENESS).max((2.0 * whole / MOST_PARTS).sqrt());
     for (k, piece) in pattern.pieces.iter().enumerate() {
         for (f, _) in &piece.facets {
             let facet = &mesh.facets[*f as usize];
@@ -139,51 +196,39 @@ fn picture(page: &mut Page, mesh: &Mesh, pattern: &Pattern, [low, high]: [DVec2;
                 let n = facet.corners.len() as u32;
                 let border = |j: usize| (t[j] + 1) % n == t[(j + 1) % 3];
                 let corners = t.map(|c| mesh.vertices[facet.corners[c as usize] as usize]);
-                Fragment { corners, border: [border(0), border(1), border(2)], facet: *f, piece: k }.cut(longest, &mut parts);
+                Fragment { corners, border: [border(0), border(1), border(2)], facet: *f, piece: k }.cut(longest, &mut out);
             }
         }
     }
-    let depth = |p: &Fragment| p.corners.iter().map(|c| c.dot(back)).sum::<f64>();
-    parts.sort_by(|a, b| depth(a).total_cmp(&depth(b)).then(a.facet.cmp(&b.facet)));
-    for part in parts {
-        let facet = &mesh.facets[part.facet as usize];
-        let points = part.corners.map(|c| centre + project(c) * scale);
-        let shade = if facet.normal.dot(back) < 0.0 { 0.45 } else { 0.62 + 0.38 * facet.normal.dot(light).max(0.0) };
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
-        let fill = hue(pattern.pieces[part.piece].name - 1).map(|c| (f64::from(c) * shade) as u8);
-        page.polygon(&points, fill);
-        for j in (0..3).filter(|&j| part.border[j]) {
-            page.line(Layer::Print, Style::Thin, &[points[j], points[(j + 1) % 3]], false);
-        }
+    let depth = |p: &Fragment| p.corners.iter().map(|c| c.dot(view.back)).sum::<f64>();
+    out.sort_by(|a, b| depth(a).total_cmp(&depth(b)).then(a.facet.cmp(&b.facet)));
+    out
+}
+
+/// The number of a piece, on the facet that faces the viewer most; none if all face away.
+fn number(page: &mut Page, mesh: &Mesh, piece: &Piece, view: &View) {
+    let shown = |f: u32| {
+        let facet = &mesh.facets[f as usize];
+        facet.normal.dot(view.back) * area(&facet.flat)
+    };
+    let Some((f, _)) = piece.facets.iter().max_by(|(a, _), (b, _)| shown(*a).total_cmp(&shown(*b))) else { return };
+    let facet = &mesh.facets[*f as usize];
+    if facet.normal.dot(view.back) <= 0.0 {
+        return;
     }
-    for piece in pattern.pieces.iter().take(99) {
-        // The number on the facet that faces the viewer most.
-        let best = piece.facets.iter().max_by(|(a, _), (b, _)| {
-            let shown = |f: u32| {
-                let facet = &mesh.facets[f as usize];
-                facet.normal.dot(back) * crate::polygon::area(&facet.flat)
-            };
-            shown(*a).total_cmp(&shown(*b))
-        });
-        let Some((f, _)) = best else { continue };
-        let facet = &mesh.facets[*f as usize];
-        if facet.normal.dot(back) <= 0.0 {
-            continue;
-        }
-        let at = facet.corners.iter().map(|&c| seen[c as usize]).sum::<DVec2>() / facet.corners.len() as f64;
-        let at = centre + at * scale;
-        let text = piece.name.to_string();
-        let half = DVec2::new(0.5 * text_width(&text, 3.4) + 0.5, 2.1);
-        page.polygon(&[at - half, at + half * DVec2::new(1.0, -1.0), at + half, at + half * DVec2::new(-1.0, 1.0)], [255; 3]);
-        page.add(Layer::Print, Mark::Text { at, size: 3.4, angle: 0.0, text, colour: BLACK, anchor: 0.5 });
-    }
+    let middle = facet.corners.iter().map(|&c| view.project(mesh.vertices[c as usize])).sum::<DVec2>() / facet.corners.len() as f64;
+    let at = view.on_page(middle);
+    let text = piece.name.to_string();
+    let half = DVec2::new(0.5 * text_width(&text, NUMBER) + 0.5, 2.1);
+    page.polygon(&[at - half, at + half * DVec2::new(1.0, -1.0), at + half, at + half * DVec2::new(-1.0, 1.0)], WHITE);
+    page.add(Layer::Print, Mark::Text { at, size: NUMBER, angle: 0.0, text, colour: BLACK, anchor: 0.5 });
 }
 
 /// The pieces in their order, small, each with its number, facets and what it is glued to.
 fn list(page: &mut Page, mesh: &Mesh, pattern: &Pattern, [low, high]: [DVec2; 2]) {
     // Copies are put together like the first one.
     let order: Vec<usize> = order(mesh, pattern).into_iter().filter(|&k| pattern.pieces[k].copy == 1).collect();
-    let shown = order.len().min(40);
+    let shown = order.len().min(MOST_LISTED);
     let size = high - low;
     // The fewest rows whose cells are still about as high as wide.
     let columns = (1..=shown)
@@ -198,8 +243,7 @@ fn list(page: &mut Page, mesh: &Mesh, pattern: &Pattern, [low, high]: [DVec2; 2]
     for (place, &k) in order.iter().take(shown).enumerate() {
         let corner = DVec2::new(low.x + (place % columns) as f64 * cell.x, high.y - (place / columns + 1) as f64 * cell.y);
         let piece = &pattern.pieces[k];
-        let points = piece.outline.iter().flatten();
-        let (l, h) = points.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
+        let [l, h] = bounds(piece.outline.iter().flatten().copied());
         let room = DVec2::new(cell.x - 2.0, cell.y - 6.0).max(DVec2::splat(1.0));
         let scale = (room / (h - l).max(DVec2::splat(1e-9))).min_element();
         let shift = corner + DVec2::new(0.5 * cell.x, 0.5 * room.y + 1.0) - 0.5 * (l + h) * scale;

@@ -16,8 +16,8 @@ pub use assembly::{assembly_page, order};
 pub use footer::{BAR, footer};
 pub use look::Look;
 pub use page::{
-    BLACK, BOLD_WIDTH, DECIMALS, GREY, HALO_WIDTH, Item, LAYERS, LINE_WIDTH, Layer, Mark, Page, PieceImage, Style, THIN_WIDTH, number,
-    srgb, text_width,
+    BLACK, BOLD_WIDTH, DECIMALS, GREY, HALO_WIDTH, Item, LAYERS, LINE_WIDTH, Layer, Mark, Page, PieceImage, Style, THIN_WIDTH, WHITE,
+    number, srgb, text_width,
 };
 pub use registration::SILHOUETTE_INSET;
 pub use sheets::{Sheets, sheets};

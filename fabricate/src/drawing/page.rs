@@ -115,6 +115,8 @@ pub struct Page {
 /// Black.
 pub const BLACK: [u8; 3] = [0; 3];
 
+/// White.
+pub const WHITE: [u8; 3] = [255; 3];
 /// Grey of small texts.
 pub const GREY: [u8; 3] = [110; 3];
 

@@ -4,7 +4,7 @@ use super::page::{PieceImage, srgb};
 use crate::design::Texture;
 use crate::mesh::Mesh;
 use crate::paper::BLEED;
-use crate::polygon::{contains, distance_to_segment};
+use crate::polygon::{bounds, contains, distance_to_segment};
 use crate::unfold::Piece;
 use biscale::error::{Error, Result};
 use glam::{DVec2, DVec3};
@@ -35,7 +35,7 @@ struct Dots {
 impl Dots {
     fn new(piece: &Piece) -> Self {
         let points = piece.facets.iter().flat_map(|(_, p)| p).chain(piece.tabs.iter().flat_map(|t| &t.corners));
-        let (low, high) = points.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
+        let [low, high] = bounds(points.copied());
         let (low, high) = (low - BLEED, high + BLEED);
         let area = (high - low).x * (high - low).y;
         let per_mm = PER_MM.min((MOST_DOTS / area).sqrt());
@@ -51,7 +51,7 @@ impl Dots {
 
     /// Visits the dots whose middles lie in a polygon; the share of a row between its borders is found once a row.
     fn inside(&mut self, polygon: &[DVec2], mut visit: impl FnMut(&mut Self, usize, DVec2)) {
-        let (low, high) = polygon.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
+        let [low, high] = bounds(polygon.iter().copied());
         let row = |y: f64, most: usize| ((y.max(0.0)) as usize).min(most);
         let (first, last) =
             (row((low.y - self.low.y) * self.per_mm, self.height), row((high.y - self.low.y) * self.per_mm + 1.0, self.height));

@@ -4,7 +4,7 @@ use super::back::mirrored;
 use super::footer::footer;
 use super::look::Look;
 use super::page::Page;
-use super::piece::{FLAT, bleed, draw_piece};
+use super::piece::{FLAT, PieceDrawing, bleed};
 use super::piece_image::paint;
 use super::registration::silhouette;
 use crate::design::Texture;
@@ -58,40 +58,49 @@ pub fn sheets(mesh: &Mesh, pattern: &Pattern, paper: Paper, look: &Look, texture
     };
     let angles = (!look.angles && kinds.len() <= FEW_KINDS && !kinds.is_empty()).then(|| angles_text(&kinds));
     let rows = if look.numbers { rows(mesh, look.period) } else { BTreeMap::new() };
+    let drawing = PieceDrawing { mesh, pattern, look, rows: &rows };
     let mut missed = 0;
     for (k, (piece, place)) in placed.iter().zip(&places).enumerate() {
-        let picture = match texture.filter(|_| look.colours) {
+        let image = match texture.filter(|_| look.colours) {
             Some(texture) => Some(paint(mesh, piece, texture)?),
             None => None,
         };
-        missed += draw_piece(&mut pages[place.page], mesh, pattern, k, piece, look, &rows, picture);
+        missed += drawing.draw(&mut pages[place.page], k, piece, image);
     }
-    let backs: Vec<Page> = if look.back { pages.iter().map(mirrored).collect() } else { Vec::new() };
-    // The page that tells how to put the pieces together follows.
-    let total = count + backs.len() + 1;
-    let mut all = Vec::with_capacity(count + backs.len());
-    let mut backs = backs.into_iter();
+    let mut pages = with_backs(pages, look.back);
+    finish(&mut pages, paper, look, angles.as_deref());
+    let places =
+        places.into_iter().map(|p| PiecePlace { page: p.page * (1 + usize::from(look.back)), shift: p.shift + corner, ..p }).collect();
+    Ok(Sheets { pages, places, missed })
+}
+
+/// The pages, each followed by its back if backs are wanted.
+fn with_backs(pages: Vec<Page>, back: bool) -> Vec<Page> {
+    let mut out = Vec::with_capacity(2 * pages.len());
     for page in pages {
-        all.push(page);
-        all.extend(backs.next());
+        let mirrored = back.then(|| mirrored(&page));
+        out.push(page);
+        out.extend(mirrored);
     }
-    for (k, page) in all.iter_mut().enumerate() {
+    out
+}
+
+/// Adds footers with the numbers of the pages, and registration marks.
+fn finish(pages: &mut [Page], paper: Paper, look: &Look, angles: Option<&str>) {
+    // The page that tells how to put the pieces together follows.
+    let total = pages.len() + 1;
+    for (k, page) in pages.iter_mut().enumerate() {
         let back = look.back && k % 2 == 1;
-        let legend = if back { "back" } else { "front" };
-        footer(
-            page,
-            paper,
-            angles.as_deref(),
-            &format!("{}  -  page {} of {total}{}", look.title, k + 1, if look.back { format!(" ({legend})") } else { String::new() }),
-            !back,
-        );
+        let side = match (look.back, back) {
+            (false, _) => "",
+            (true, false) => " (front)",
+            (true, true) => " (back)",
+        };
+        footer(page, paper, angles, &format!("{}  -  page {} of {total}{side}", look.title, k + 1), !back);
         if look.silhouette && !back {
             silhouette(page, paper);
         }
     }
-    let places =
-        places.into_iter().map(|p| PiecePlace { page: p.page * (1 + usize::from(look.back)), shift: p.shift + corner, ..p }).collect();
-    Ok(Sheets { pages: all, places, missed })
 }
 
 /// For each period along x the facet that begins it, at the lowest y, with the text `#1` and so on.

@@ -2,7 +2,7 @@
 
 use super::footer::footer;
 use super::look::Look;
-use super::page::{BLACK, GREY, Item, Layer, Mark, Page, Style, number, srgb, text_width};
+use super::page::{BLACK, GREY, Item, Layer, Mark, Page, Style, WHITE, number, srgb, text_width};
 use crate::layout::shelves;
 use crate::paper::{BLEED, Paper};
 use crate::surface::{NARROW, TOO_NARROW};
@@ -18,8 +18,8 @@ pub fn strip_pages(strips: &[Strip], paper: Paper, look: &Look, force: bool) -> 
     paper.check()?;
     if let Some(narrow) = strips.iter().find(|s| s.size.y < TOO_NARROW && !force) {
         let problem = format!("{} is {:.2} mm wide", narrow.name, narrow.size.y);
-        let remedy = format!("choose --scale larger by {:.1} or more, or insist with --force", NARROW / narrow.size.y);
-        return Err(BadInput::new(problem, remedy).at_field("--scale"));
+        let remedy = format!("choose `scale` larger by {:.1} or more, or insist with `force`", NARROW / narrow.size.y);
+        return Err(BadInput::new(problem, remedy).at_field("scale"));
     }
     let rectangle = |s: &Strip| vec![DVec2::ZERO, DVec2::new(s.size.x, 0.0), s.size, DVec2::new(0.0, s.size.y)];
     let [corner, area] = paper.area();
@@ -47,15 +47,15 @@ pub fn strip_pages(strips: &[Strip], paper: Paper, look: &Look, force: bool) -> 
 fn draw(page: &mut Page, strip: &Strip, look: &Look, angle: f64, at: impl Fn(f64, f64) -> DVec2) {
     let (l, w) = (strip.size.x, strip.size.y);
     let corners = |x0: f64, y0: f64, x1: f64, y1: f64| vec![at(x0, y0), at(x1, y0), at(x1, y1), at(x0, y1)];
-    let fill = if look.colours { srgb(strip.colour) } else { [255; 3] };
+    let fill = if look.colours { srgb(strip.colour) } else { WHITE };
     if look.colours {
         page.polygon(&corners(END - BLEED, -BLEED, l - END + BLEED, w + BLEED), fill);
-        page.polygon(&corners(0.0, 0.0, END, w), [255; 3]);
-        page.polygon(&corners(l - END, 0.0, l, w), [255; 3]);
+        page.polygon(&corners(0.0, 0.0, END, w), WHITE);
+        page.polygon(&corners(l - END, 0.0, l, w), WHITE);
     }
     page.items.push(Item {
         layer: Layer::Print,
-        mark: Mark::Polygon { points: corners(0.0, 0.0, l, w), fill: [255; 3] },
+        mark: Mark::Polygon { points: corners(0.0, 0.0, l, w), fill: WHITE },
         data: vec![("strip", strip.name.replace(' ', "-")), ("at", number(strip.at))],
     });
     if look.colours {
@@ -67,7 +67,7 @@ fn draw(page: &mut Page, strip: &Strip, look: &Look, angle: f64, at: impl Fn(f64
             layer: Layer::Print,
             mark: Mark::Polygon {
                 points: corners(middle - 0.5 * across, 0.0, middle + 0.5 * across, w),
-                fill: if over { fill } else { [255; 3] },
+                fill: if over { fill } else { WHITE },
             },
             data: vec![
                 ("crossing", (k + 1).to_string()),

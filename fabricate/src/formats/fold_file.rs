@@ -14,61 +14,11 @@ pub const CREATOR: &str = "biscale fold";
 
 /// The pattern as FOLD; `pieces` are those of the pattern, moved to where they shall lie.
 pub fn fold(mesh: &Mesh, pattern: &Pattern, pieces: &[Piece], title: &str, recipe: &Value) -> Value {
-    let mut flat: Vec<DVec2> = Vec::new();
-    let mut solid: Vec<u32> = Vec::new();
-    let (mut faces, mut facet_ids, mut piece_ids, mut copy_ids) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    let (mut edges, mut assignment, mut angles, mut edges_faces) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    let (mut edge_ids, mut numbers) = (Vec::new(), Vec::new());
-    let number: FxHashMap<u32, usize> = pattern.glued.iter().copied().collect();
+    let mut lists = FoldLists { number: pattern.glued.iter().copied().collect(), ..FoldLists::default() };
     for piece in pieces {
-        let joined: FxHashMap<u32, f64> = piece.folds.iter().map(|f| (f.edge, f.angle)).collect();
-        let corners = Corners::new(mesh, piece, &joined);
-        let first = flat.len();
-        let mut place: FxHashMap<usize, usize> = FxHashMap::default();
-        let mut edge_place: FxHashMap<u32, usize> = FxHashMap::default();
-        for (k, (f, polygon)) in piece.facets.iter().enumerate() {
-            let face = faces.len();
-            let facet = &mesh.facets[*f as usize];
-            let own: Vec<usize> = (0..polygon.len())
-                .map(|c| {
-                    *place.entry(corners.root(k, c)).or_insert_with(|| {
-                        flat.push(polygon[c]);
-                        solid.push(facet.corners[c]);
-                        flat.len() - 1
-                    })
-                })
-                .collect();
-            for (c, &edge) in facet.edges.iter().enumerate() {
-                let ends = [own[c], own[(c + 1) % own.len()]];
-                if let (Some(angle), Some(&known)) = (joined.get(&edge), edge_place.get(&edge)) {
-                    let _ = angle;
-                    let sides: &mut [Value; 2] = &mut edges_faces[known];
-                    sides[1] = json!(face);
-                    continue;
-                }
-                if joined.contains_key(&edge) {
-                    edge_place.insert(edge, edges.len());
-                }
-                edges.push(ends);
-                edges_faces.push([json!(face), Value::Null]);
-                let (letter, angle) = match joined.get(&edge) {
-                    None => ("B", Value::Null),
-                    Some(a) if *a == 0.0 => ("F", json!(0.0)),
-                    Some(a) => (if *a > 0.0 { "V" } else { "M" }, json!(a.to_degrees())),
-                };
-                assignment.push(letter);
-                angles.push(angle);
-                edge_ids.push(edge);
-                numbers.push(number.get(&edge).copied().unwrap_or(0));
-            }
-            faces.push(own);
-            facet_ids.push(*f);
-            piece_ids.push(piece.name);
-            copy_ids.push(piece.copy);
-        }
-        debug_assert!(flat.len() > first, "a piece has facets");
+        lists.add(mesh, piece);
     }
-    let folded: Vec<[f64; 3]> = solid.iter().map(|&v| mesh.vertices[v as usize].to_array()).collect();
+    let folded: Vec<[f64; 3]> = lists.solid.iter().map(|&v| mesh.vertices[v as usize].to_array()).collect();
     json!({
         "file_spec": 1.2,
         "file_creator": CREATOR,
@@ -77,17 +27,17 @@ pub fn fold(mesh: &Mesh, pattern: &Pattern, pieces: &[Piece], title: &str, recip
         "frame_classes": ["creasePattern"],
         "frame_attributes": ["2D", "manifold", "orientable"],
         "frame_unit": "mm",
-        "vertices_coords": flat.iter().map(|p| p.to_array()).collect::<Vec<_>>(),
-        "edges_vertices": edges,
-        "edges_faces": edges_faces,
-        "edges_assignment": assignment,
-        "edges_foldAngle": angles,
-        "faces_vertices": faces,
-        "faces_biscale:facet": facet_ids,
-        "faces_biscale:piece": piece_ids,
-        "faces_biscale:copy": copy_ids,
-        "edges_biscale:edge": edge_ids,
-        "edges_biscale:number": numbers,
+        "vertices_coords": lists.flat.iter().map(|p| p.to_array()).collect::<Vec<_>>(),
+        "edges_vertices": lists.edges.iter().map(|e| e.ends).collect::<Vec<_>>(),
+        "edges_faces": lists.edges.iter().map(|e| e.faces).collect::<Vec<_>>(),
+        "edges_assignment": lists.edges.iter().map(FoldEdge::assignment).collect::<Vec<_>>(),
+        "edges_foldAngle": lists.edges.iter().map(FoldEdge::degrees).collect::<Vec<_>>(),
+        "faces_vertices": lists.faces,
+        "faces_biscale:facet": lists.facets,
+        "faces_biscale:piece": lists.names,
+        "faces_biscale:copy": lists.copies,
+        "edges_biscale:edge": lists.edges.iter().map(|e| e.edge).collect::<Vec<_>>(),
+        "edges_biscale:number": lists.edges.iter().map(|e| e.number).collect::<Vec<_>>(),
         "biscale:recipe": recipe,
         "file_frames": [{
             "frame_parent": 0,
@@ -97,6 +47,86 @@ pub fn fold(mesh: &Mesh, pattern: &Pattern, pieces: &[Piece], title: &str, recip
             "vertices_coords": folded,
         }],
     })
+}
+
+/// The lists of a FOLD file while pieces are added.
+#[derive(Default)]
+struct FoldLists {
+    /// Numbers of glued edges.
+    number: FxHashMap<u32, usize>,
+    /// Positions on the plane, and for each the vertex of the surface.
+    flat: Vec<DVec2>,
+    solid: Vec<u32>,
+    /// For each face its corners, the facet of the surface, and the name and copy of its piece.
+    faces: Vec<Vec<usize>>,
+    facets: Vec<u32>,
+    names: Vec<usize>,
+    copies: Vec<usize>,
+    edges: Vec<FoldEdge>,
+}
+
+/// An edge of a FOLD file.
+struct FoldEdge {
+    ends: [usize; 2],
+    faces: [Option<usize>; 2],
+    /// Fold angle, radians; none where the paper ends.
+    angle: Option<f64>,
+    /// The edge of the surface, and its number where it is glued, else 0.
+    edge: u32,
+    number: usize,
+}
+
+impl FoldEdge {
+    fn assignment(&self) -> &'static str {
+        match self.angle {
+            None => "B",
+            Some(0.0) => "F",
+            Some(a) if a > 0.0 => "V",
+            Some(_) => "M",
+        }
+    }
+
+    fn degrees(&self) -> Option<f64> {
+        self.angle.map(|a| if a == 0.0 { 0.0 } else { a.to_degrees() })
+    }
+}
+
+impl FoldLists {
+    fn add(&mut self, mesh: &Mesh, piece: &Piece) {
+        let joined: FxHashMap<u32, f64> = piece.folds.iter().map(|f| (f.edge, f.angle)).collect();
+        let corners = Corners::new(mesh, piece, &joined);
+        let mut place: FxHashMap<usize, usize> = FxHashMap::default();
+        let mut edge_place: FxHashMap<u32, usize> = FxHashMap::default();
+        for (k, (f, polygon)) in piece.facets.iter().enumerate() {
+            let face = self.faces.len();
+            let facet = &mesh.facets[*f as usize];
+            let own: Vec<usize> = (0..polygon.len())
+                .map(|c| {
+                    *place.entry(corners.root(k, c)).or_insert_with(|| {
+                        self.flat.push(polygon[c]);
+                        self.solid.push(facet.corners[c]);
+                        self.flat.len() - 1
+                    })
+                })
+                .collect();
+            for (c, &edge) in facet.edges.iter().enumerate() {
+                let angle = joined.get(&edge).copied();
+                if let (Some(_), Some(&known)) = (angle, edge_place.get(&edge)) {
+                    self.edges[known].faces[1] = Some(face);
+                    continue;
+                }
+                if angle.is_some() {
+                    edge_place.insert(edge, self.edges.len());
+                }
+                let number = self.number.get(&edge).copied().unwrap_or(0);
+                self.edges.push(FoldEdge { ends: [own[c], own[(c + 1) % own.len()]], faces: [Some(face), None], angle, edge, number });
+            }
+            self.faces.push(own);
+            self.facets.push(*f);
+            self.names.push(piece.name);
+            self.copies.push(piece.copy);
+        }
+    }
 }
 
 /// Which corners of a piece's facets are one vertex: those at the ends of joined edges.

@@ -1,7 +1,7 @@
 //! A page as SVG: one user unit is 1 mm, layers are groups that Inkscape and cutters know.
 
 use crate::drawing::{
-    BOLD_WIDTH, DECIMALS, HALO_WIDTH, Item, LAYERS, LINE_WIDTH, Layer, Mark, Page, PieceImage, Style, THIN_WIDTH, number,
+    BOLD_WIDTH, DECIMALS, HALO_WIDTH, Item, LAYERS, LINE_WIDTH, Layer, Mark, Page, PieceImage, Style, THIN_WIDTH, WHITE, number,
 };
 use biscale::formats::svg::{Element, NAMESPACE, SvgWriter, hex, path_data, png_url, polygon_points};
 use glam::DVec2;
@@ -58,7 +58,7 @@ fn write_item(svg: &mut SvgWriter, item: &Item, height: f64) {
     let begin = |svg, name| begin(svg, name, &item.data);
     match &item.mark {
         Mark::Polygon { points, fill } => {
-            let seam = (item.layer == Layer::Print && *fill != [255; 3]).then_some(*fill);
+            let seam = (item.layer == Layer::Print && *fill != WHITE).then_some(*fill);
             let polygon = begin(svg, "polygon")
                 .attribute("points", polygon_points(points.iter().map(|&p| flip(p)), DECIMALS))
                 .attribute("fill", hex(*fill));

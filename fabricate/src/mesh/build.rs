@@ -64,7 +64,7 @@ impl Mesh {
         drop_collinear(&soup, &mut groups, tolerance);
         if groups.len() > MAX_FACETS {
             let problem = format!("the surface has {} facets, more than the {MAX_FACETS} that can be unfolded", groups.len());
-            return Err(BadInput::new(problem, "reduce it with --max-facets or --slope-tolerance"));
+            return Err(BadInput::new(problem, "reduce it with `max_facets` or `slope_tolerance`"));
         }
         let facets: Vec<Facet> = groups.into_iter().map(|g| Facet::new(&soup, g)).collect::<Result<_, _>>()?;
         let outlines: Vec<Vec<u32>> = facets.iter().map(|f| f.corners.clone()).collect();

@@ -22,7 +22,6 @@ pub(super) fn merge_coplanar(
     tolerance: Tolerance,
     kinds: &[u32],
 ) -> Vec<Group> {
-    let normal = |corners: &[u32]| newell(corners.iter().map(|&c| soup.vertices[c as usize])).normalize_or_zero();
     let mut groups: Vec<Option<Group>> = polygons
         .iter()
         .zip(&soup.triangles)
@@ -33,13 +32,6 @@ pub(super) fn merge_coplanar(
         })
         .collect();
     let mut owner: Vec<u32> = (0..u32::try_from(groups.len()).expect("few")).collect();
-    fn root(owner: &mut [u32], mut k: u32) -> u32 {
-        while owner[k as usize] != k {
-            owner[k as usize] = owner[owner[k as usize] as usize];
-            k = owner[k as usize];
-        }
-        k
-    }
     // Again until nothing changes: an edge refused while it would close a ring may be taken later.
     loop {
         let mut changed = false;
@@ -51,18 +43,7 @@ pub(super) fn merge_coplanar(
                 continue;
             }
             let (Some(a), Some(b)) = (&groups[f as usize], &groups[g as usize]) else { continue };
-            if a.colour != b.colour || normal(&a.corners).dot(normal(&b.corners)) < FLAT_ANGLE.cos() {
-                continue;
-            }
-            let Some(corners) = join_outlines(&a.corners, &b.corners) else { continue };
-            let n = normal(&corners);
-            let centre = corners.iter().map(|&c| soup.vertices[c as usize]).sum::<DVec3>() / corners.len() as f64;
-            let off = corners.iter().map(|&c| (soup.vertices[c as usize] - centre).dot(n).abs()).fold(0.0, f64::max);
-            let reach = corners.iter().map(|&c| soup.vertices[c as usize].distance(centre)).fold(0.0, f64::max);
-            let width = newell(corners.iter().map(|&c| soup.vertices[c as usize])).length() / (2.0 * reach);
-            if off > tolerance.flat.min(FLAT_SHARE * width) {
-                continue;
-            }
+            let Some(corners) = coplanar_outline(soup, a, b, tolerance) else { continue };
             let b = groups[g as usize].take().expect("it was there");
             let a = groups[f as usize].as_mut().expect("it was there");
             a.corners = corners;
@@ -75,6 +56,31 @@ pub(super) fn merge_coplanar(
         }
     }
     groups.into_iter().flatten().collect()
+}
+
+/// The first group of the set of `k`, with the path to it halved (union-find).
+fn root(owner: &mut [u32], mut k: u32) -> u32 {
+    while owner[k as usize] != k {
+        owner[k as usize] = owner[owner[k as usize] as usize];
+        k = owner[k as usize];
+    }
+    k
+}
+
+/// The outline of two groups of one colour that lie in one plane; `None` if they do not, or would not be one polygon.
+fn coplanar_outline(soup: &Triangles, a: &Group, b: &Group, tolerance: Tolerance) -> Option<Vec<u32>> {
+    let area = |corners: &[u32]| newell(corners.iter().map(|&c| soup.vertices[c as usize]));
+    let normal = |corners: &[u32]| area(corners).normalize_or_zero();
+    if a.colour != b.colour || normal(&a.corners).dot(normal(&b.corners)) < FLAT_ANGLE.cos() {
+        return None;
+    }
+    let corners = join_outlines(&a.corners, &b.corners)?;
+    let n = normal(&corners);
+    let centre = corners.iter().map(|&c| soup.vertices[c as usize]).sum::<DVec3>() / corners.len() as f64;
+    let off = corners.iter().map(|&c| (soup.vertices[c as usize] - centre).dot(n).abs()).fold(0.0, f64::max);
+    let reach = corners.iter().map(|&c| soup.vertices[c as usize].distance(centre)).fold(0.0, f64::max);
+    let width = area(&corners).length() / (2.0 * reach);
+    (off <= tolerance.flat.min(FLAT_SHARE * width)).then_some(corners)
 }
 
 /// Takes corners out of the outlines that lie on a straight line there for all facets that have them: what was two edges is one.

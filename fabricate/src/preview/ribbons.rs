@@ -43,7 +43,7 @@ pub fn ribbons(surface: &SmallScale, weave: &Weave, thickness: f64) -> Result<Sm
     let thickness = thickness.max(LEAST_THICKNESS * narrowest);
     if thickness >= weave.crimp {
         let problem = format!("paper of {thickness:.3} is thicker than the crimp of {:.3} (in the design's unit)", weave.crimp);
-        return Err(BadInput::new(problem, "take thinner paper or a larger scale").at_field("--paper-thickness").into());
+        return Err(BadInput::new(problem, "take thinner paper or a larger `scale`").at_field("paper_thickness").into());
     }
     let tile = &surface.tile;
     let mut out = Tile {
@@ -69,7 +69,7 @@ pub fn ribbons(surface: &SmallScale, weave: &Weave, thickness: f64) -> Result<Sm
     for &part in &out.part_of_triangle {
         let like = tile.part_of_triangle.iter().position(|&p| p == part);
         let like = like.ok_or_else(|| {
-            BadInput::new(format!("the part {} of the weave has no thread", tile.parts[usize::from(part)]), "leave --preview out")
+            BadInput::new(format!("the part {} of the weave has no thread", tile.parts[usize::from(part)]), "leave `preview` out")
         })?;
         surface_of_triangle.push(surface.surface_of_triangle[like]);
     }

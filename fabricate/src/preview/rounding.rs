@@ -51,8 +51,8 @@ pub(super) fn sample(tile: &Tile) -> Result<Vec<f64>> {
 
 fn overhang() -> Error {
     let remedy =
-        "leave --preview out: folds are rounded by a ball that rolls over and under the surface, which needs one height at every place";
-    BadInput::new("the surface overhangs or has gaps, so that it is no height over the plane", remedy).at_field("--preview").into()
+        "leave `preview` out: folds are rounded by a ball that rolls over and under the surface, which needs one height at every place";
+    BadInput::new("the surface overhangs or has gaps, so that it is no height over the plane", remedy).at_field("preview").into()
 }
 
 /// Opening (`closing` false) or closing with a ball, on the periodic grid.
@@ -106,7 +106,7 @@ pub(super) fn on_grid(surface: &SmallScale, heights: &[f64]) -> Result<SmallScal
     }
     if tile.triangles.len() > MAX_DENSE {
         let problem = format!("the tile has {} triangles", tile.triangles.len());
-        return Err(BadInput::new(problem, "preview one of at most 20,000: lower its resolution").at_field("--preview").into());
+        return Err(BadInput::new(problem, "preview one of at most 20,000: lower its resolution").at_field("preview").into());
     }
     let mut surface_of_triangle = Vec::new();
     let mut uv = Vec::new();

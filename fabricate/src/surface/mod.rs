@@ -32,11 +32,11 @@ pub fn prepare(source: &Source, recipe: &FoldRecipe) -> Result<(Mesh, bool), Bad
     let size = soup.size();
     if size.is_nan() || size <= 1e-3 {
         let problem = format!("the surface is {size:e} mm large");
-        return Err(BadInput::new(problem, "make it larger with --scale").at_field("--scale"));
+        return Err(BadInput::new(problem, "make it larger with `scale`").at_field("scale"));
     }
     if size > 1e5 {
         let problem = format!("the surface is {:.0} m large", size / 1e3);
-        return Err(BadInput::new(problem, "make it smaller with --scale").at_field("--scale"));
+        return Err(BadInput::new(problem, "make it smaller with `scale`").at_field("scale"));
     }
     let several = soup.colours.iter().any(|c| *c != soup.colours[0]);
     let (mut soup, mut notes) = simplify::reduce(soup, recipe)?;

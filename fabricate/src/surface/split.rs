@@ -4,79 +4,130 @@
 //! other, and its ends are the alignment marks.
 
 use crate::mesh::{Mesh, Tolerance, Triangles};
+use crate::polygon::{area, triangulate};
 use biscale::error::BadInput;
 use glam::DVec2;
+
+/// Numbers of the parts of a facet: so many for each facet, of these so many for each column. More than [`MOST_PARTS`] of each.
+const NUMBERS_OF_FACET: usize = 10_000;
+const NUMBERS_OF_COLUMN: usize = 100;
+/// Most parts of a facet along each side.
+const MOST_PARTS: f64 = 99.0;
+/// Lengths that differ by less are one, of the room or in mm: rounding.
+const SAME: f64 = 1e-9;
+
+/// Parts as polygons of vertices; all other facets take over the new vertices on their edges when the mesh is made again.
+struct Cutting {
+    soup: Triangles,
+    /// For each triangle the number of its part: those of different parts stay different facets.
+    part: Vec<u32>,
+}
 
 /// Cuts every facet that is larger than `sheet` across its longer side into equal parts, again until all fit.
 ///
 /// # Errors
 /// A large facet that is not convex.
 pub fn split(mesh: Mesh, sheet: DVec2) -> Result<Mesh, BadInput> {
-    let (long, short) = (sheet.max_element(), sheet.min_element());
-    // Parts as polygons of vertices; all other facets take over the new vertices on their edges when the mesh is made again.
-    let mut soup = Triangles { vertices: mesh.vertices.clone(), ..Triangles::default() };
+    let mut cutting = Cutting { soup: Triangles { vertices: mesh.vertices.clone(), ..Triangles::default() }, part: Vec::new() };
     let mut cut_any = false;
-    let mut parts_of: Vec<u32> = Vec::new();
-    for (k, facet) in mesh.facets.iter().enumerate() {
-        let along = longest_side(&facet.flat);
-        let span = |axis: DVec2| {
-            let (l, h) = facet.flat.iter().map(|p| axis.dot(*p)).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
-            (l, h)
-        };
-        let ((l, h), (l2, h2)) = (span(along), span(along.perp()));
-        let (nx, ny) =
-            if h - l >= h2 - l2 { (parts(h - l, long), parts(h2 - l2, short)) } else { (parts(h - l, short), parts(h2 - l2, long)) };
-        if nx * ny == 1 {
-            for t in &facet.fill {
-                soup.triangles.push(t.map(|c| facet.corners[c as usize]));
-                soup.colours.push(facet.colour);
-                parts_of.push(u32::MAX);
-            }
-            continue;
-        }
-        let n = facet.flat.len();
-        if (0..n).any(|j| (facet.flat[(j + 1) % n] - facet.flat[j]).perp_dot(facet.flat[(j + 2) % n] - facet.flat[(j + 1) % n]) < -1e-9) {
-            let problem = format!("facet {} is larger than the page and not convex", k + 1);
-            return Err(BadInput::new(problem, "cut it in a mesh program, or take a larger page").at_field("--split"));
-        }
-        cut_any = true;
-        let origin = mesh.vertices[facet.corners[0] as usize];
-        // The facet's frame in space, from two of its corners.
-        let lift = frame(&mesh, k);
-        for i in 0..nx {
-            for j in 0..ny {
-                let slab =
-                    |l: f64, h: f64, n: usize, i: usize| (l + (h - l) * i as f64 / n as f64, l + (h - l) * (i + 1) as f64 / n as f64);
-                let (x0, x1) = slab(l, h, nx, i);
-                let (y0, y1) = slab(l2, h2, ny, j);
-                let mut polygon = facet.flat.clone();
-                for (axis, low, high) in [(along, x0, x1), (along.perp(), y0, y1)] {
-                    polygon = clip(&polygon, axis, low);
-                    polygon = clip(&polygon, -axis, -high);
-                }
-                if polygon.len() < 3 || crate::polygon::area(&polygon) < 1e-9 {
-                    continue;
-                }
-                let first = u32::try_from(soup.vertices.len()).expect("few");
-                soup.vertices
-                    .extend(polygon.iter().map(|p| origin + lift[0] * (p.x - facet.flat[0].x) + lift[1] * (p.y - facet.flat[0].y)));
-                for t in crate::polygon::triangulate(&polygon) {
-                    soup.triangles.push(t.map(|c| c + first));
-                    soup.colours.push(facet.colour);
-                    parts_of.push(u32::try_from(k * 10_000 + i * 100 + j).expect("few"));
-                }
-            }
+    for k in 0..mesh.facets.len() {
+        let grid = Grid::new(&mesh.facets[k].flat, sheet);
+        if grid.count == [1, 1] {
+            cutting.keep(&mesh, k);
+        } else {
+            cut_any = true;
+            cutting.cut(&mesh, k, &grid)?;
         }
     }
     if !cut_any {
         return Ok(mesh);
     }
-    let size = soup.size();
-    Mesh::with_groups(soup, Tolerance::of_size(size), Some(&parts_of))
+    let size = cutting.soup.size();
+    Mesh::with_groups(cutting.soup, Tolerance::of_size(size), Some(&cutting.part))
+}
+
+/// The parts of a facet: columns along its longest side, rows across.
+struct Grid {
+    axes: [DVec2; 2],
+    /// Least and largest coordinate along each axis.
+    spans: [[f64; 2]; 2],
+    count: [usize; 2],
+}
+
+impl Grid {
+    fn new(flat: &[DVec2], sheet: DVec2) -> Self {
+        let along = longest_side(flat);
+        let axes = [along, along.perp()];
+        let spans = axes.map(|axis| {
+            let values = flat.iter().map(|p| axis.dot(*p));
+            values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
+        });
+        let [w, h] = spans.map(|[low, high]| high - low);
+        let (long, short) = (sheet.max_element(), sheet.min_element());
+        let count = if w >= h { [parts(w, long), parts(h, short)] } else { [parts(w, short), parts(h, long)] };
+        Self { axes, spans, count }
+    }
+
+    /// The part of a convex polygon in a cell.
+    fn clip(&self, polygon: &[DVec2], cell: [usize; 2]) -> Vec<DVec2> {
+        let mut polygon = polygon.to_vec();
+        for k in 0..2 {
+            let ([low, high], n, i) = (self.spans[k], self.count[k], cell[k]);
+            let at = |i: usize| low + (high - low) * i as f64 / n as f64;
+            polygon = clip(&polygon, self.axes[k], at(i));
+            polygon = clip(&polygon, -self.axes[k], -at(i + 1));
+        }
+        polygon
+    }
+}
+
+impl Cutting {
+    /// Takes a facet over as it is.
+    fn keep(&mut self, mesh: &Mesh, k: usize) {
+        let facet = &mesh.facets[k];
+        for t in &facet.fill {
+            self.soup.triangles.push(t.map(|c| facet.corners[c as usize]));
+            self.soup.colours.push(facet.colour);
+            self.part.push(u32::MAX);
+        }
+    }
+
+    /// Cuts a facet along a grid.
+    fn cut(&mut self, mesh: &Mesh, k: usize, grid: &Grid) -> Result<(), BadInput> {
+        let facet = &mesh.facets[k];
+        if !is_convex(&facet.flat) {
+            let problem = format!("facet {} is larger than the page and not convex", k + 1);
+            return Err(BadInput::new(problem, "cut it in a mesh program, or take a larger `page`").at_field("split"));
+        }
+        let origin = mesh.vertices[facet.corners[0] as usize];
+        // The facet's frame in space, from two of its corners.
+        let lift = frame(mesh, k);
+        for (i, j) in (0..grid.count[0]).flat_map(|i| (0..grid.count[1]).map(move |j| (i, j))) {
+            let polygon = grid.clip(&facet.flat, [i, j]);
+            if polygon.len() < 3 || area(&polygon) < SAME {
+                continue;
+            }
+            let first = u32::try_from(self.soup.vertices.len()).expect("few");
+            let in_space = |p: &DVec2| origin + lift[0] * (p.x - facet.flat[0].x) + lift[1] * (p.y - facet.flat[0].y);
+            self.soup.vertices.extend(polygon.iter().map(in_space));
+            for t in triangulate(&polygon) {
+                self.soup.triangles.push(t.map(|c| c + first));
+                self.soup.colours.push(facet.colour);
+                self.part.push(u32::try_from(k * NUMBERS_OF_FACET + i * NUMBERS_OF_COLUMN + j).expect("few"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether a counter-clockwise polygon turns nowhere to the right.
+fn is_convex(polygon: &[DVec2]) -> bool {
+    let n = polygon.len();
+    (0..n).all(|j| (polygon[(j + 1) % n] - polygon[j]).perp_dot(polygon[(j + 2) % n] - polygon[(j + 1) % n]) >= -SAME)
 }
 
 fn parts(length: f64, room: f64) -> usize {
-    ((length / room) - 1e-9).ceil().clamp(1.0, 99.0) as usize
+    ((length / room) - SAME).ceil().clamp(1.0, MOST_PARTS) as usize
 }
 
 fn longest_side(polygon: &[DVec2]) -> DVec2 {
@@ -108,10 +159,10 @@ fn clip(polygon: &[DVec2], axis: DVec2, low: f64) -> Vec<DVec2> {
     for k in 0..n {
         let (a, b) = (polygon[k], polygon[(k + 1) % n]);
         let (da, db) = (axis.dot(a) - low, axis.dot(b) - low);
-        if da >= -1e-9 {
+        if da >= -SAME {
             out.push(a);
         }
-        if (da > 1e-9 && db < -1e-9) || (da < -1e-9 && db > 1e-9) {
+        if (da > SAME && db < -SAME) || (da < -SAME && db > SAME) {
             out.push(a.lerp(b, da / (da - db)));
         }
     }

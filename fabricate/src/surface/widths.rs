@@ -22,8 +22,8 @@ pub fn check_widths(mesh: &Mesh, scale: f64, force: bool) -> Result<Option<Strin
     let narrow = mesh.facets.iter().filter(|f| width(&f.flat) < NARROW).count();
     let said = format!("facet {} is {least:.2} mm narrow; {narrow} of {} are below {NARROW} mm", facet + 1, mesh.facets.len());
     if least < TOO_NARROW && !force {
-        let remedy = format!("choose --scale {wanted:.3} or larger, reduce it with --max-facets, or insist with --force");
-        return Err(BadInput::new(said, remedy).at_field("--scale"));
+        let remedy = format!("choose `scale {wanted:.3}` or larger, reduce it with `max_facets`, or insist with `force`");
+        return Err(BadInput::new(said, remedy).at_field("scale"));
     }
     Ok(Some(said))
 }

@@ -4,7 +4,7 @@ use super::net::Sheet;
 use super::tab_shapes::TabStyle;
 use crate::mesh::Mesh;
 use crate::paper::Paper;
-use crate::polygon::hull;
+use crate::polygon::{bounds, hull};
 use biscale::error::BadInput;
 use glam::DVec2;
 
@@ -35,8 +35,8 @@ pub(super) fn check_fit(mesh: &Mesh, sheet: Sheet) -> Result<(), BadInput> {
             w.max(h) <= sheet.size.max_element() && w.min(h) <= sheet.size.min_element()
         });
         if !fits {
-            let size = facet.flat.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
-            let size = size.1 - size.0;
+            let [low, high] = bounds(facet.flat.iter().copied());
+            let size = high - low;
             let problem = format!(
                 "facet {} is {:.1} x {:.1} mm and the page holds pieces of {:.0} x {:.0} mm",
                 k + 1,
@@ -45,7 +45,7 @@ pub(super) fn check_fit(mesh: &Mesh, sheet: Sheet) -> Result<(), BadInput> {
                 sheet.size.x,
                 sheet.size.y
             );
-            return Err(BadInput::new(problem, "take a larger page, a smaller scale, or cut it with --split").at_field("--page"));
+            return Err(BadInput::new(problem, "take a larger `page`, a smaller `scale`, or cut it with `split`").at_field("page"));
         }
     }
     Ok(())

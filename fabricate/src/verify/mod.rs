@@ -21,7 +21,6 @@ pub use strips::verify_strips;
 
 use crate::mesh::Mesh;
 use biscale::error::BadInput;
-use glam::DVec2;
 use overlaps::{outlines, overlaps};
 use refold::{lengths, links, refold};
 
@@ -36,7 +35,7 @@ pub fn verify(seen: &ReadPattern, design: &Mesh, margin: f64) -> Result<VerifyRe
         let known = design.facets.get(facet.facet as usize).filter(|f| f.corners.len() == facet.polygon.len());
         if known.is_none() {
             let problem = format!("facet {} with {} corners is none of the design's", facet.facet, facet.polygon.len());
-            return Err(BadInput::new(problem, "is it the material that the file was made from?").at_field("--against"));
+            return Err(BadInput::new(problem, "is it the material that the file was made from?").at_field("against"));
         }
         count[facet.facet as usize] += 1;
     }
@@ -48,10 +47,7 @@ pub fn verify(seen: &ReadPattern, design: &Mesh, margin: f64) -> Result<VerifyRe
     (report.numbered, report.wrong_numbers) = numbers::check(seen, design);
     overlaps(seen, &mut report);
     outlines(seen, &mut report);
-    for (page, [low, high]) in seen.pages.iter().zip(&seen.extents) {
-        let over = (DVec2::splat(margin) - *low).max(*high - (*page - margin)).max_element();
-        report.margin_violation_mm = report.margin_violation_mm.max(over);
-    }
+    report.margin_violation_mm = seen.margin_violation(margin).into_iter().fold(report.margin_violation_mm, f64::max);
     report.judge();
     Ok(report)
 }

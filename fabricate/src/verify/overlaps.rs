@@ -1,6 +1,6 @@
 //! Polygons that overlap, and lines to cut that cross.
 
-use super::read_pattern::{ReadPattern, SAME, signed_area};
+use super::read_pattern::{ReadPattern, SAME, bounds, signed_area};
 use super::report::{OVERLAP, VerifyReport};
 use glam::DVec2;
 use i_overlay::core::fill_rule::FillRule;
@@ -11,10 +11,7 @@ use i_overlay::float::single::SingleFloatOverlay;
 pub(super) fn overlaps(seen: &ReadPattern, report: &mut VerifyReport) {
     let shapes: Vec<(usize, &[DVec2])> =
         seen.facets.iter().map(|f| (f.page, f.polygon.as_slice())).chain(seen.tabs.iter().map(|(p, t)| (*p, t.as_slice()))).collect();
-    let boxes: Vec<[DVec2; 2]> = shapes
-        .iter()
-        .map(|(_, s)| [s.iter().copied().fold(DVec2::INFINITY, DVec2::min), s.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max)])
-        .collect();
+    let boxes: Vec<[DVec2; 2]> = shapes.iter().map(|(_, s)| bounds(s)).collect();
     let mut order: Vec<usize> = (0..shapes.len()).collect();
     order.sort_unstable_by(|&a, &b| shapes[a].0.cmp(&shapes[b].0).then(boxes[a][0].x.total_cmp(&boxes[b][0].x)));
     for (at, &i) in order.iter().enumerate() {

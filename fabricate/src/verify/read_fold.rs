@@ -88,14 +88,20 @@ impl FoldFrame {
             let side = |v: &Value| if v.is_null() { Ok(None) } else { index(v, faces_list.len(), "edges_faces").map(Some) };
             out.edges_faces.push(sides.iter().map(side).collect::<Result<_, _>>()?);
         }
+        out.check_lists()?;
+        Ok(out)
+    }
+
+    /// Refuses lists of different lengths, and angles against the assignment.
+    fn check_lists(&self) -> Result<(), BadInput> {
         for (name, length) in
-            [("edges_assignment", out.assignment.len()), ("edges_foldAngle", out.angles.len()), ("edges_faces", out.edges_faces.len())]
+            [("edges_assignment", self.assignment.len()), ("edges_foldAngle", self.angles.len()), ("edges_faces", self.edges_faces.len())]
         {
-            if length != 0 && length != out.edges.len() {
-                return Err(bad(format!("{name} has {length} entries for {} edges", out.edges.len())));
+            if length != 0 && length != self.edges.len() {
+                return Err(bad(format!("{name} has {length} entries for {} edges", self.edges.len())));
             }
         }
-        for (k, (letter, angle)) in out.assignment.iter().zip(&out.angles).enumerate() {
+        for (k, (letter, angle)) in self.assignment.iter().zip(&self.angles).enumerate() {
             let fits = match (letter, angle) {
                 (_, None) => true,
                 ('V', Some(a)) => *a >= 0.0,
@@ -107,7 +113,7 @@ impl FoldFrame {
                 return Err(bad(format!("edge {k} is {letter} and its angle is {}", angle.unwrap_or(0.0))));
             }
         }
-        Ok(out)
+        Ok(())
     }
 }
 

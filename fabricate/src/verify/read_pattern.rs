@@ -32,6 +32,14 @@ pub struct ReadPattern {
     pub turned: usize,
 }
 
+impl ReadPattern {
+    /// For each page how far anything on it reaches into a margin, mm; not above 0 if nothing does.
+    pub(super) fn margin_violation(&self, margin: f64) -> Vec<f64> {
+        let over = |(page, [low, high]): (&DVec2, &[DVec2; 2])| (DVec2::splat(margin) - *low).max(*high - (*page - margin)).max_element();
+        self.pages.iter().zip(&self.extents).map(over).collect()
+    }
+}
+
 /// A facet in a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReadFacet {
@@ -54,6 +62,12 @@ pub struct ReadFold {
     pub ends: [DVec2; 2],
     /// Its angle, radians, valley positive.
     pub angle: f64,
+}
+
+/// Lowest and highest coordinates.
+pub(super) fn bounds(points: &[DVec2]) -> [DVec2; 2] {
+    let (low, high) = points.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
+    [low, high]
 }
 
 /// Signed area of a polygon, positive for counter-clockwise.

@@ -41,16 +41,11 @@ fn read_page(seen: &mut ReadPattern, page: usize, text: &str) -> Result<(), BadI
     if root.tag_name().name() != "svg" {
         return Err(BadInput::new("this is no SVG", "name an SVG that `biscale fold` wrote"));
     }
-    let view: Vec<f64> = root.attribute("viewBox").unwrap_or_default().split_whitespace().filter_map(|v| v.parse().ok()).collect();
-    let [x, y, w, h] = view[..] else { return Err(bad(root, "the viewBox is missing or not four numbers")) };
-    if (x, y) != (0.0, 0.0) || !(w > 0.0 && h > 0.0 && w.is_finite() && h.is_finite()) {
-        return Err(bad(root, "the viewBox does not start at 0 0 or has no size"));
-    }
-    seen.pages.push(DVec2::new(w, h));
+    let size = view_box(root)?;
+    seen.pages.push(size);
     let mut extent = [DVec2::INFINITY, DVec2::NEG_INFINITY];
     for node in root.descendants().filter(Node::is_element) {
-        let name = node.tag_name().name();
-        if name == "metadata" && seen.recipe.is_null() {
+        if node.tag_name().name() == "metadata" && seen.recipe.is_null() {
             let text = node.text().unwrap_or_default();
             seen.recipe = serde_json::from_str(text).map_err(|e| bad(node, &format!("the recipe is no JSON: {e}")))?;
         }
@@ -58,43 +53,64 @@ fn read_page(seen: &mut ReadPattern, page: usize, text: &str) -> Result<(), BadI
             let (edge, facet) = (whole(node, "data-number-of")?, whole(node, "data-on")?);
             seen.numbers.push((edge, facet, node.text().unwrap_or_default().trim().to_owned()));
         }
-        let points: Vec<DVec2> = match name {
-            "polygon" => pairs(node, node.attribute("points").unwrap_or_default())?,
-            "image" => {
-                let [x, y, w, h] = [number(node, "x")?, number(node, "y")?, number(node, "width")?, number(node, "height")?];
-                vec![DVec2::new(x, y), DVec2::new(x + w, y + h)]
-            }
-            "path" => pairs(node, node.attribute("d").unwrap_or_default())?,
-            _ => continue,
-        };
-        let points: Vec<DVec2> = points.into_iter().map(|p| DVec2::new(p.x, h - p.y)).collect();
+        let Some(points) = points(node)? else { continue };
+        let points: Vec<DVec2> = points.into_iter().map(|p| DVec2::new(p.x, size.y - p.y)).collect();
         let half = node.attribute("stroke-width").and_then(|v| v.parse::<f64>().ok()).unwrap_or(0.0) / 2.0;
         for &p in &points {
             extent = [extent[0].min(p - half), extent[1].max(p + half)];
         }
-        if let Some(facet) = node.attribute("data-facet") {
-            let facet = facet.parse().map_err(|_| bad(node, "data-facet is no whole number"))?;
-            let piece = [whole(node, "data-piece")?, if node.has_attribute("data-copy") { whole(node, "data-copy")? } else { 1 }];
-            seen.turned += usize::from(signed_area(&points) <= 0.0);
-            seen.facets.push(ReadFacet { page, piece, facet, polygon: points });
-        } else if let Some(strip) = node.attribute("data-strip") {
-            if points.len() != 4 {
-                return Err(bad(node, "a strip has not four corners"));
-            }
-            seen.strips.push((strip.to_owned(), points));
-        } else if let (Some(of), Some(over)) = (node.attribute("data-of"), node.attribute("data-over")) {
-            seen.crossings.push((of.to_owned(), over == "1", points));
-        } else if node.has_attribute("data-tab-of") {
-            seen.tabs.push((page, points));
-        } else if node.has_attribute("data-edge") {
-            let angle = number(node, "data-angle")?.to_radians();
-            let [a, b] = points[..] else { return Err(bad(node, "a fold line has not two points")) };
-            seen.folds.push(ReadFold { page, ends: [a, b], angle });
-        } else if node.has_attribute("data-loop") {
-            seen.outlines.push((page, points));
-        }
+        read_mark(seen, page, node, points)?;
     }
     seen.extents.push(extent);
+    Ok(())
+}
+
+/// Width and height of the page.
+fn view_box(root: Node<'_, '_>) -> Result<DVec2, BadInput> {
+    let view: Vec<f64> = root.attribute("viewBox").unwrap_or_default().split_whitespace().filter_map(|v| v.parse().ok()).collect();
+    let [x, y, w, h] = view[..] else { return Err(bad(root, "the viewBox is missing or not four numbers")) };
+    if (x, y) != (0.0, 0.0) || !(w > 0.0 && h > 0.0 && w.is_finite() && h.is_finite()) {
+        return Err(bad(root, "the viewBox does not start at 0 0 or has no size"));
+    }
+    Ok(DVec2::new(w, h))
+}
+
+/// The points of an element that draws something, y down.
+fn points(node: Node<'_, '_>) -> Result<Option<Vec<DVec2>>, BadInput> {
+    match node.tag_name().name() {
+        "polygon" => pairs(node, node.attribute("points").unwrap_or_default()).map(Some),
+        "image" => {
+            let [x, y, w, h] = [number(node, "x")?, number(node, "y")?, number(node, "width")?, number(node, "height")?];
+            Ok(Some(vec![DVec2::new(x, y), DVec2::new(x + w, y + h)]))
+        }
+        "path" => pairs(node, node.attribute("d").unwrap_or_default()).map(Some),
+        _ => Ok(None),
+    }
+}
+
+/// What an element is by its attributes; its points have y up.
+fn read_mark(seen: &mut ReadPattern, page: usize, node: Node<'_, '_>, points: Vec<DVec2>) -> Result<(), BadInput> {
+    if let Some(facet) = node.attribute("data-facet") {
+        let facet = facet.parse().map_err(|_| bad(node, "data-facet is no whole number"))?;
+        let piece = [whole(node, "data-piece")?, if node.has_attribute("data-copy") { whole(node, "data-copy")? } else { 1 }];
+        seen.turned += usize::from(signed_area(&points) <= 0.0);
+        seen.facets.push(ReadFacet { page, piece, facet, polygon: points });
+    } else if let Some(strip) = node.attribute("data-strip") {
+        if points.len() != 4 {
+            return Err(bad(node, "a strip has not four corners"));
+        }
+        seen.strips.push((strip.to_owned(), points));
+    } else if let (Some(of), Some(over)) = (node.attribute("data-of"), node.attribute("data-over")) {
+        seen.crossings.push((of.to_owned(), over == "1", points));
+    } else if node.has_attribute("data-tab-of") {
+        seen.tabs.push((page, points));
+    } else if node.has_attribute("data-edge") {
+        let angle = number(node, "data-angle")?.to_radians();
+        let [a, b] = points[..] else { return Err(bad(node, "a fold line has not two points")) };
+        seen.folds.push(ReadFold { page, ends: [a, b], angle });
+    } else if node.has_attribute("data-loop") {
+        seen.outlines.push((page, points));
+    }
     Ok(())
 }
 

@@ -98,58 +98,7 @@ fn designed_angle(design: &Mesh, f: u32, k: usize, g: u32) -> f64 {
 
 /// Folds every piece, starting from its first facet flat on the plane, and lays it onto the design.
 pub(super) fn refold(seen: &ReadPattern, design: &Mesh, links: &[Link], report: &mut VerifyReport) {
-    let n = seen.facets.len();
-    let mut around: Vec<Vec<usize>> = vec![Vec::new(); n];
-    for (k, link) in links.iter().enumerate() {
-        around[link.a].push(k);
-        around[link.b].push(k);
-    }
-    let mut motion: Vec<Option<Motion>> = vec![None; n];
-    // Corners of the design's facets, refolded: both sides of a glued edge can be compared.
-    let mut placed: FxHashMap<(u32, usize), DVec3> = FxHashMap::default();
-    for start in 0..n {
-        if motion[start].is_some() {
-            continue;
-        }
-        motion[start] = Some(Motion { turn: DMat3::IDENTITY, shift: DVec3::ZERO });
-        let mut group = vec![start];
-        let mut at = 0;
-        while at < group.len() {
-            let i = group[at];
-            let here = motion[i].expect("it was placed");
-            for &k in &around[i] {
-                let link = &links[k];
-                let (other, polygon) = (if link.a == i { link.b } else { link.a }, &seen.facets[link.a].polygon);
-                if motion[other].is_some() {
-                    continue;
-                }
-                // A valley turns the facet beyond the fold up, about the edge of the first facet, with the inside on its left.
-                let (a, b) = (polygon[link.edge_a].extend(0.0), polygon[(link.edge_a + 1) % polygon.len()].extend(0.0));
-                let axis = (b - a).normalize_or_zero();
-                // From the second facet to the first the way is the inverse.
-                let turn = DMat3::from_axis_angle(axis, if link.a == i { -link.angle } else { link.angle });
-                let local = Motion { turn, shift: a - turn * a };
-                motion[other] = Some(Motion { turn: here.turn * local.turn, shift: here.apply(local.shift) });
-                group.push(other);
-            }
-            at += 1;
-        }
-        let pairs: Vec<(DVec3, DVec3, (u32, usize))> = group
-            .iter()
-            .flat_map(|&i| {
-                let facet = &seen.facets[i];
-                let m = motion[i].expect("it was placed");
-                (0..facet.polygon.len())
-                    .map(move |c| (m.apply(facet.polygon[c].extend(0.0)), design.corner(facet.facet as usize, c), (facet.facet, c)))
-            })
-            .collect();
-        let fit = best_fit(&pairs);
-        for &(p, wanted, corner) in &pairs {
-            let p = fit.apply(p);
-            report.position_error_mm = report.position_error_mm.max(p.distance(wanted));
-            placed.insert(corner, p);
-        }
-    }
+    let placed = refolded_corners(seen, design, links, report);
     for edge in &design.edges {
         let [Some((f, k)), Some((g, l))] = edge.sides else { continue };
         let ends = |f: u32, k: u32| {
@@ -169,4 +118,65 @@ pub(super) fn refold(seen: &ReadPattern, design: &Mesh, links: &[Link], report: 
         }
         report.folded_form_error_mm = Some(worst);
     }
+}
+
+/// The corners of the design's facets as they lie after folding: both sides of a glued edge can be compared.
+fn refolded_corners(seen: &ReadPattern, design: &Mesh, links: &[Link], report: &mut VerifyReport) -> FxHashMap<(u32, usize), DVec3> {
+    let mut around: Vec<Vec<usize>> = vec![Vec::new(); seen.facets.len()];
+    for (k, link) in links.iter().enumerate() {
+        around[link.a].push(k);
+        around[link.b].push(k);
+    }
+    let mut motion: Vec<Option<Motion>> = vec![None; seen.facets.len()];
+    let mut placed: FxHashMap<(u32, usize), DVec3> = FxHashMap::default();
+    for start in 0..seen.facets.len() {
+        if motion[start].is_some() {
+            continue;
+        }
+        let group = fold_piece(seen, links, &around, start, &mut motion);
+        let pairs: Vec<(DVec3, DVec3, (u32, usize))> = group
+            .iter()
+            .flat_map(|&i| {
+                let facet = &seen.facets[i];
+                let m = motion[i].expect("it was placed");
+                (0..facet.polygon.len())
+                    .map(move |c| (m.apply(facet.polygon[c].extend(0.0)), design.corner(facet.facet as usize, c), (facet.facet, c)))
+            })
+            .collect();
+        let fit = best_fit(&pairs);
+        for &(p, wanted, corner) in &pairs {
+            let p = fit.apply(p);
+            report.position_error_mm = report.position_error_mm.max(p.distance(wanted));
+            placed.insert(corner, p);
+        }
+    }
+    placed
+}
+
+/// Folds the piece of one facet, which stays flat on the plane; the facets of the piece.
+fn fold_piece(seen: &ReadPattern, links: &[Link], around: &[Vec<usize>], start: usize, motion: &mut [Option<Motion>]) -> Vec<usize> {
+    motion[start] = Some(Motion { turn: DMat3::IDENTITY, shift: DVec3::ZERO });
+    let mut group = vec![start];
+    let mut at = 0;
+    while at < group.len() {
+        let i = group[at];
+        let here = motion[i].expect("it was placed");
+        for &k in &around[i] {
+            let link = &links[k];
+            let (other, polygon) = (if link.a == i { link.b } else { link.a }, &seen.facets[link.a].polygon);
+            if motion[other].is_some() {
+                continue;
+            }
+            // A valley turns the facet beyond the fold up, about the edge of the first facet, with the inside on its left.
+            let (a, b) = (polygon[link.edge_a].extend(0.0), polygon[(link.edge_a + 1) % polygon.len()].extend(0.0));
+            let axis = (b - a).normalize_or_zero();
+            // From the second facet to the first the way is the inverse.
+            let turn = DMat3::from_axis_angle(axis, if link.a == i { -link.angle } else { link.angle });
+            let local = Motion { turn, shift: a - turn * a };
+            motion[other] = Some(Motion { turn: here.turn * local.turn, shift: here.apply(local.shift) });
+            group.push(other);
+        }
+        at += 1;
+    }
+    group
 }

@@ -53,6 +53,11 @@ pub const POSITION: f64 = 1e-4;
 /// Fold angles must agree, degrees.
 pub const ANGLE_DEG: f64 = 1e-4;
 
+/// How far something may reach into the margin, mm: rounding of the files' 8 decimals.
+pub(super) const MARGIN: f64 = 1e-6;
+/// The area inside the cut lines must agree with that of facets and tabs to this share.
+const OUTLINE_AREA: f64 = 1e-6;
+
 /// Whether an error is above a limit, or no number.
 fn exceeds(error: f64, limit: f64) -> bool {
     error.is_nan() || error > limit
@@ -75,11 +80,11 @@ impl VerifyReport {
         check(self.overlaps > 0, format!("{} overlaps, the largest of {:.4} mm2", self.overlaps, self.largest_overlap_mm2));
         check(self.crossings > 0, format!("cut lines cross {} times", self.crossings));
         check(
-            self.outline_area_error.is_some_and(|e| exceeds(e, 1e-6)),
+            self.outline_area_error.is_some_and(|e| exceeds(e, OUTLINE_AREA)),
             "the cut lines do not hold the facets and tabs exactly".to_owned(),
         );
         check(self.wrong_numbers > 0, format!("{} numbers at glued edges are wrong", self.wrong_numbers));
-        check(self.margin_violation_mm > 1e-6, format!("something reaches {:.3} mm into the margin", self.margin_violation_mm));
+        check(self.margin_violation_mm > MARGIN, format!("something reaches {:.3} mm into the margin", self.margin_violation_mm));
         self.failures = failures;
     }
 

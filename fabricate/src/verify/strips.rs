@@ -1,13 +1,34 @@
 //! Strips of a weave: are they those of the draft, as long as the threads, apart from each other?
 
-use super::read_pattern::ReadPattern;
+use super::read_pattern::{ReadPattern, bounds};
+use super::report::MARGIN;
 use biscale::error::BadInput;
-use biscale::geometry::weave::Weave;
+use biscale::geometry::weave::{Thread, Weave};
 use glam::DVec2;
 use std::collections::BTreeMap;
 
-/// Corners of a strip, and its crossings: where they are along it, and whether it lies over.
-type KnownStrip<'s> = (&'s [DVec2], Vec<(f64, bool)>);
+/// A strip in a file: its corners, and its crossings in their order.
+struct KnownStrip<'s> {
+    corners: &'s [DVec2],
+    /// For each crossing where it is along the strip, mm, and whether the strip lies over.
+    crossings: Vec<(f64, bool)>,
+}
+
+/// The threads of one direction, as the strips of a pattern repeat them.
+struct Direction<'w> {
+    warp: bool,
+    own: &'w [Thread],
+    crossed: &'w [Thread],
+    /// Periods across and along the threads.
+    repeats: usize,
+    along: usize,
+    /// Length of a period along the threads, in the weave's unit.
+    period: f64,
+}
+
+/// Widths of strips must agree to this share, and crossings to this many mm: far above the 8 decimals of the files, far below what is cut.
+const WIDTH: f64 = 1e-6;
+const PLACE: f64 = 1e-5;
 
 /// What is wrong with the strips in a file, in words; nothing if all is well. `scale` is printed mm for one unit of the weave.
 ///
@@ -21,73 +42,90 @@ pub fn verify_strips(seen: &ReadPattern, weave: &Weave, scale: f64, periods: [u3
         return Err(BadInput::new("there is no strip in the file", "name an SVG that `biscale fold` wrote of a weave"));
     }
     let mut wrong = Vec::new();
+    let known = known_strips(seen, &mut wrong);
+    let [nx, ny] = periods.map(|n| n as usize);
+    let directions = [
+        Direction { warp: true, own: &weave.warp, crossed: &weave.weft, repeats: nx, along: ny, period: weave.period.y },
+        Direction { warp: false, own: &weave.weft, crossed: &weave.warp, repeats: ny, along: nx, period: weave.period.x },
+    ];
+    for direction in &directions {
+        for index in 0..direction.own.len() * direction.repeats {
+            let name = format!("{}-{}", if direction.warp { "warp" } else { "weft" }, index + 1);
+            match known.get(name.as_str()) {
+                Some(strip) => wrong.extend(direction.compare(&name, index, strip, weave, scale)),
+                None => wrong.push(format!("{name} is missing")),
+            }
+        }
+    }
+    let expected: usize = directions.iter().map(|d| d.own.len() * d.repeats).sum();
+    if expected != known.len() {
+        wrong.push(format!("{} strips in place of {expected}", known.len()));
+    }
+    wrong.extend(misplaced(seen, margin));
+    Ok(wrong)
+}
+
+/// The strips of a file by name, with their crossings.
+fn known_strips<'s>(seen: &'s ReadPattern, wrong: &mut Vec<String>) -> BTreeMap<&'s str, KnownStrip<'s>> {
     let mut known: BTreeMap<&str, KnownStrip<'_>> = BTreeMap::new();
-    for (name, polygon) in &seen.strips {
-        if known.insert(name, (polygon, Vec::new())).is_some() {
+    for (name, corners) in &seen.strips {
+        if known.insert(name, KnownStrip { corners, crossings: Vec::new() }).is_some() {
             wrong.push(format!("{name} stands twice"));
         }
     }
     for (of, over, polygon) in &seen.crossings {
-        let Some((strip, list)) = known.get_mut(of.as_str()) else {
+        let Some(strip) = known.get_mut(of.as_str()) else {
             wrong.push(format!("a crossing is of {of}, which is no strip"));
             continue;
         };
-        let (origin, along) = (strip[0], (strip[1] - strip[0]).normalize_or_zero());
+        let (origin, along) = (strip.corners[0], (strip.corners[1] - strip.corners[0]).normalize_or_zero());
         let middle = polygon.iter().map(|&p| along.dot(p - origin)).sum::<f64>() / polygon.len() as f64;
-        list.push((middle, *over));
+        strip.crossings.push((middle, *over));
     }
-    let mut expected = 0;
-    for (warp, own, crossed, repeats, along, period) in [
-        (true, &weave.warp, &weave.weft, periods[0], periods[1], weave.period.y),
-        (false, &weave.weft, &weave.warp, periods[1], periods[0], weave.period.x),
-    ] {
-        for index in 0..own.len() * repeats as usize {
-            expected += 1;
-            let name = format!("{}-{}", if warp { "warp" } else { "weft" }, index + 1);
-            let Some((strip, list)) = known.get(name.as_str()) else {
-                wrong.push(format!("{name} is missing"));
-                continue;
-            };
-            let i = index % own.len();
-            let n = crossed.len() * along as usize;
-            let order: Vec<bool> = (0..n)
-                .map(|k| {
-                    let k = k % crossed.len();
-                    if warp { weave.draft.over(i, k) } else { !weave.draft.over(k, i) }
-                })
-                .collect();
-            if list.iter().map(|c| c.1).collect::<Vec<_>>() != order {
-                wrong.push(format!("{name} does not go over and under as the draft says"));
-                continue;
-            }
-            let width = strip[1].distance(strip[2]);
-            if (width - own[i].width * scale).abs() > 1e-6 * width {
-                wrong.push(format!("{name} is {width} mm wide and its thread {}", own[i].width * scale));
-            }
-            let place = |k: usize| (crossed[k % crossed.len()].centre + period * (k / crossed.len()) as f64) * scale;
-            for k in 1..n {
-                let (here, straight) = (list[k].0 - list[k - 1].0, place(k) - place(k - 1));
-                let most = if order[k] == order[k - 1] { straight } else { straight + 2.0 * weave.crimp * scale };
-                if here < straight - 1e-5 || here > most + 1e-5 {
-                    wrong.push(format!("{name}: crossings {k} and {} are {here} mm apart and the threads {straight}", k + 1));
-                }
+    known
+}
+
+impl Direction<'_> {
+    /// What differs between a strip and its thread.
+    fn compare(&self, name: &str, index: usize, strip: &KnownStrip<'_>, weave: &Weave, scale: f64) -> Vec<String> {
+        let mut wrong = Vec::new();
+        let crossed = self.crossed;
+        let i = index % self.own.len();
+        let n = crossed.len() * self.along;
+        let order: Vec<bool> = (0..n)
+            .map(|k| {
+                let k = k % crossed.len();
+                if self.warp { weave.draft.over(i, k) } else { !weave.draft.over(k, i) }
+            })
+            .collect();
+        if strip.crossings.iter().map(|c| c.1).collect::<Vec<_>>() != order {
+            return vec![format!("{name} does not go over and under as the draft says")];
+        }
+        let width = strip.corners[1].distance(strip.corners[2]);
+        if (width - self.own[i].width * scale).abs() > WIDTH * width {
+            wrong.push(format!("{name} is {width} mm wide and its thread {}", self.own[i].width * scale));
+        }
+        let place = |k: usize| (crossed[k % crossed.len()].centre + self.period * (k / crossed.len()) as f64) * scale;
+        for k in 1..n {
+            let (here, straight) = (strip.crossings[k].0 - strip.crossings[k - 1].0, place(k) - place(k - 1));
+            let most = if order[k] == order[k - 1] { straight } else { straight + 2.0 * weave.crimp * scale };
+            if here < straight - PLACE || here > most + PLACE {
+                wrong.push(format!("{name}: crossings {k} and {} are {here} mm apart and the threads {straight}", k + 1));
             }
         }
+        wrong
     }
-    if expected != known.len() {
-        wrong.push(format!("{} strips in place of {expected}", known.len()));
-    }
-    for (page, [low, high]) in seen.pages.iter().zip(&seen.extents) {
-        let over = (DVec2::splat(margin) - *low).max(*high - (*page - margin)).max_element();
-        if over > 1e-6 {
-            wrong.push(format!("something reaches {over:.3} mm into the margin"));
-        }
-    }
+}
+
+/// What reaches into the margin, and strips that overlap.
+fn misplaced(seen: &ReadPattern, margin: f64) -> Vec<String> {
+    let mut wrong = Vec::new();
+    let over = seen.margin_violation(margin);
+    wrong.extend(over.into_iter().filter(|over| *over > MARGIN).map(|over| format!("something reaches {over:.3} mm into the margin")));
     for (k, (page, a)) in seen.outlines.iter().enumerate() {
-        let bounds = |p: &[DVec2]| p.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
-        let (l, h) = bounds(a);
+        let [l, h] = bounds(a);
         let meets = |b: &[DVec2]| {
-            let (m, n) = bounds(b);
+            let [m, n] = bounds(b);
             l.x < n.x && m.x < h.x && l.y < n.y && m.y < h.y
         };
         // Strips lie along the axes of the page: their boxes are their outlines.
@@ -95,5 +133,5 @@ pub fn verify_strips(seen: &ReadPattern, weave: &Weave, scale: f64, periods: [u3
             wrong.push(format!("strip {} overlaps another one", k + 1));
         }
     }
-    Ok(wrong)
+    wrong
 }

@@ -2,6 +2,7 @@
 
 use super::clip::clip_segment;
 use super::measures::JOIN;
+use super::plan::PagePart;
 use crate::drawing::{BLACK, Layer, Mark, Page, Style};
 use glam::DVec2;
 
@@ -9,15 +10,10 @@ use glam::DVec2;
 const CROSS: f64 = 4.0;
 
 /// Where the neighbours' edges come to lie, with crosses that both sheets have.
-pub(super) fn joins(
-    page: &mut Page,
-    [low, high]: [DVec2; 2],
-    shift: DVec2,
-    after: [bool; 2],
-    before: [bool; 2],
-    number: usize,
-    columns: usize,
-) {
+///
+/// `columns` is the number of pages side by side: the page above has a number that is larger by it.
+pub(super) fn joins(page: &mut Page, part: &PagePart, columns: usize) {
+    let PagePart { number, area: [low, high], shift, outer } = *part;
     for axis in 0..2 {
         let along = if axis == 0 { DVec2::Y } else { DVec2::X };
         let across = DVec2::new(along.y, along.x);
@@ -43,10 +39,10 @@ pub(super) fn joins(
                 }
             }
         };
-        if after[axis] {
+        if !outer[axis + 2] {
             edge(high.dot(across) - JOIN, true);
         }
-        if before[axis] {
+        if !outer[axis] {
             edge(low.dot(across), false);
         }
     }

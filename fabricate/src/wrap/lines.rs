@@ -1,7 +1,7 @@
 //! The lines where periods begin.
 
 use super::clip::clip_segment;
-use super::plan::SheetPlan;
+use super::plan::{PagePart, SheetPlan};
 use super::target::{Target, WrapFit};
 use crate::drawing::{BLACK, Item, Layer, Mark, Page, Style};
 use glam::DVec2;
@@ -32,10 +32,11 @@ pub(super) fn lines(target: Target, fit: WrapFit, extent: DVec2) -> Vec<SheetLin
     out
 }
 
-pub(super) fn draw_lines(page: &mut Page, plan: &SheetPlan, lines: &[SheetLine], part: [DVec2; 2], shift: DVec2, pitch: f64) {
+/// Draws the part of the lines that a page holds; numbers are smaller where the lines are `pitch` mm apart and closer.
+pub(super) fn draw_lines(page: &mut Page, plan: &SheetPlan, lines: &[SheetLine], part: &PagePart, pitch: f64) {
     for line in lines {
         let (SheetLine::Period { ends, .. } | SheetLine::Fold(ends)) = line;
-        let Some([a, b]) = clip_segment(ends.map(|p| plan.at(p)), part).map(|ends| ends.map(|p| p + shift)) else { continue };
+        let Some([a, b]) = clip_segment(ends.map(|p| plan.at(p)), part.area).map(|ends| ends.map(|p| p + part.shift)) else { continue };
         let SheetLine::Period { number, .. } = line else {
             page.line(Layer::Score, Style::Mountain, &[a, b], false);
             continue;

@@ -3,7 +3,8 @@
 use super::aruco::{CELLS, is_white};
 use super::frame::SheetFrame;
 use super::measures::{BORDER, JOIN, MARKER, QUIET};
-use crate::drawing::{BLACK, Item, Layer, Mark, Page};
+use super::plan::PagePart;
+use crate::drawing::{BLACK, Item, Layer, Mark, Page, WHITE};
 use glam::DVec2;
 use serde::Serialize;
 
@@ -24,7 +25,8 @@ pub struct Marker {
 }
 
 /// Lower left corners of markers beside the outer sides of a part (left, lower, right, upper), on the joined sheet.
-pub(super) fn marker_places([low, high]: [DVec2; 2], outer: [bool; 4], frame: &SheetFrame, size: DVec2) -> Vec<DVec2> {
+pub(super) fn marker_places(part: &PagePart, frame: &SheetFrame, size: DVec2) -> Vec<DVec2> {
+    let PagePart { area: [low, high], outer, .. } = *part;
     let [left, lower, right, upper]: [bool; 4] = std::array::from_fn(|k| outer[k] && frame.marked[k]);
     // From the corner beyond an outer side, or from the side itself where the neighbour goes on, or the sheet meets itself; the seam is covered.
     let start = |there: bool, low: f64| if there { low - BORDER } else { low };
@@ -77,7 +79,7 @@ pub(super) fn draw_marker(page: &mut Page, id: usize, corner: DVec2) {
     for row in 0..CELLS {
         for column in (0..CELLS).filter(|&c| is_white(id, row, c)) {
             let (x, y) = (corner.x + column as f64 * cell, corner.y + (CELLS - 1 - row) as f64 * cell);
-            page.add(Layer::Registration, Mark::Polygon { points: square(x, y, cell), fill: [255; 3] });
+            page.add(Layer::Registration, Mark::Polygon { points: square(x, y, cell), fill: WHITE });
         }
     }
 }

@@ -1,20 +1,22 @@
 //! The sheet that is wrapped around a large object and that the folded material is glued onto (Wu et al. 2011, Fig. 9).
 //!
 //! It shows where every period begins, by numbered lines; markers around it let a photograph of it be registered, and patches of known
-//! colours let printed colours be measured. All of them stay on the sheet when it is cut: around a plane on every side, on what goes around an object above
-//! and below the material, never at the seam, where they would cover each other. Only a cone has none. A sheet larger than the page is printed on several, which overlap: each but the last ones reaches
-//! under its right and its upper neighbour, up to whose edges lines with crosses lead. Markers stand along the whole sheet's border only. All of it also
-//! stands in the sidecar, in mm on the page and on the joined sheet.
+//! colours let printed colours be measured. All of them stay on the sheet when it is cut: around a plane on every side, on what goes
+//! around an object above and below the material, never at the seam, where they would cover each other. Only a cone has none.
+//!
+//! A sheet larger than the page is printed on several, which overlap: each but the last ones reaches under its right and its upper
+//! neighbour, up to whose edges lines with crosses lead. Markers stand along the whole sheet's border only. All of it also stands in
+//! the sidecar, in mm on the page and on the joined sheet.
 
 use super::aruco::DICT_5X5_100;
 use super::clip::clip_segment;
 use super::frame::{SheetFrame, cut_out};
 use super::joins::joins;
-use super::lines::{draw_lines, lines};
+use super::lines::{SheetLine, draw_lines, lines};
 use super::markers::{Marker, draw_marker, marker_places};
 use super::measures::{BORDER, MARKER, QUIET, STRIP};
 use super::patches::{Patch, patches};
-use super::plan::SheetPlan;
+use super::plan::{PagePart, SheetPlan};
 use super::target::{Target, WrapFit};
 use crate::drawing::{Item, Layer, Mark, Page, Style, footer};
 use crate::paper::Paper;
@@ -62,106 +64,149 @@ pub struct Wrap {
 /// # Errors
 /// A sheet that takes too many pages.
 pub fn wrap(target: Target, fit: WrapFit, thickness: f64, colours: &[[f64; 3]], paper: Paper, title: &str) -> Result<Wrap, BadInput> {
-    let [corner, area] = paper.area();
-    let room = area - DVec2::new(2.0 * BORDER, 2.0 * BORDER + STRIP);
-    let room = if paper.roll { DVec2::new(room.x, f64::INFINITY) } else { room };
     let outline = target.outline(thickness);
-    let too_large =
-        |problem: String| BadInput::new(problem, "take a larger page, such as --page a3 or roll:600, or a smaller target").at_field("--on");
-    let Some(plan) = SheetPlan::new(&outline, room) else {
-        let problem = format!("the page holds {:.0} x {:.0} mm beside the markers of the wrap sheet", room.x, room.y);
-        return Err(too_large(problem));
-    };
-    let [columns, rows] = [plan.cuts[0].len(), plan.cuts[1].len()];
-    let count = columns * rows;
-    if count > MOST_PAGES {
-        let problem = format!("the wrap sheet of {:.0} x {:.0} mm takes {count} pages, more than {MOST_PAGES}", plan.size.x, plan.size.y);
-        return Err(too_large(problem));
-    }
-    let joined: Vec<DVec2> = outline.iter().map(|&p| plan.at(p)).collect();
-    let lines = lines(target, fit, target.extent(thickness));
+    let plan = plan(&outline, paper)?;
     let frame = SheetFrame::new(target, plan.turned);
-    let outline = frame.outline(&joined, plan.size);
+    let placed: Vec<DVec2> = outline.iter().map(|&p| plan.at(p)).collect();
+    let cut = frame.outline(&placed, plan.size);
+    let lines = lines(target, fit, target.extent(thickness));
+    let sheet = WholeSheet { plan, frame, placed, cut, lines, fit, colours, paper, title };
     let mut out = Wrap {
         pages: Vec::new(),
         parts: Vec::new(),
         markers: Vec::new(),
         patches: Vec::new(),
-        size: plan.size,
-        turned: plan.turned,
-        margins: frame.margins,
+        size: sheet.plan.size,
+        turned: sheet.plan.turned,
+        margins: sheet.frame.margins,
     };
-    let origin = corner + DVec2::new(BORDER, BORDER + STRIP);
-    let mut places: Vec<(usize, DVec2)> = Vec::new();
-    for (j, &(y, height)) in plan.cuts[1].iter().enumerate() {
-        for (i, &(x, width)) in plan.cuts[0].iter().enumerate() {
-            let part = [DVec2::new(x, y), DVec2::new(x + width, y + height)];
-            let number = out.pages.len() + 1;
-            let mut page = Page { size: paper.size, items: Vec::new() };
-            if paper.roll {
-                page.size.y = (origin.y + height + BORDER + paper.margin + paper.inset).ceil();
-            }
-            let shift = origin - part[0];
-            let outer = [i == 0, j == 0, i + 1 == columns, j + 1 == rows];
-            draw_lines(&mut page, &plan, &lines, part, shift, fit.pitch_mm);
-            if frame.margins != [0.0; 4] {
-                // Where the material ends, inside of what is cut out.
-                for k in 0..joined.len() {
-                    let ends = [joined[k], joined[(k + 1) % joined.len()]];
-                    if let Some(ends) = clip_segment(ends, part) {
-                        page.line(Layer::Print, Style::Thin, &ends.map(|p| p + shift), false);
-                    }
+    let mut places: Vec<(PagePart, DVec2)> = Vec::new();
+    for part in sheet.plan.parts(origin(paper)) {
+        let (page, patches) = sheet.page(&part);
+        out.pages.push(page);
+        out.patches.extend(patches);
+        out.parts.push(SheetPart {
+            page: part.number,
+            origin_mm: origin(paper).to_array(),
+            low_mm: part.area[0].to_array(),
+            size_mm: (part.area[1] - part.area[0]).to_array(),
+        });
+        places.extend(marker_places(&part, &sheet.frame, sheet.plan.size).into_iter().map(|p| (part, p)));
+    }
+    out.place_markers(&places);
+    Ok(out)
+}
+
+/// Where the parts of the sheet begin on their pages: beside the markers, above the colour patches.
+fn origin(paper: Paper) -> DVec2 {
+    paper.area()[0] + DVec2::new(BORDER, BORDER + STRIP)
+}
+
+/// How the sheet lies on pages of a paper.
+fn plan(outline: &[DVec2], paper: Paper) -> Result<SheetPlan, BadInput> {
+    let [_, area] = paper.area();
+    let room = area - DVec2::new(2.0 * BORDER, 2.0 * BORDER + STRIP);
+    let room = if paper.roll { DVec2::new(room.x, f64::INFINITY) } else { room };
+    let too_large = |problem: String| {
+        BadInput::new(problem, "take a larger page, such as `page a3` or `page roll:600`, or a smaller target").at_field("on")
+    };
+    let plan = SheetPlan::new(outline, room)
+        .ok_or_else(|| too_large(format!("the page holds {:.0} x {:.0} mm beside the markers of the wrap sheet", room.x, room.y)))?;
+    let count: usize = plan.pages().iter().product();
+    if count > MOST_PAGES {
+        let problem = format!("the wrap sheet of {:.0} x {:.0} mm takes {count} pages, more than {MOST_PAGES}", plan.size.x, plan.size.y);
+        return Err(too_large(problem));
+    }
+    Ok(plan)
+}
+
+/// What all pages of a sheet are drawn from.
+struct WholeSheet<'a> {
+    plan: SheetPlan,
+    frame: SheetFrame,
+    /// The placed area on the joined sheet.
+    placed: Vec<DVec2>,
+    /// What is cut out of it.
+    cut: Vec<DVec2>,
+    lines: Vec<SheetLine>,
+    fit: WrapFit,
+    colours: &'a [[f64; 3]],
+    paper: Paper,
+    title: &'a str,
+}
+
+impl WholeSheet<'_> {
+    /// One page without its markers, and its colour patches.
+    fn page(&self, part: &PagePart) -> (Page, Vec<Patch>) {
+        let mut page = Page { size: self.paper.size, items: Vec::new() };
+        if self.paper.roll {
+            let height = part.area[1].y - part.area[0].y;
+            page.size.y = (origin(self.paper).y + height + BORDER + self.paper.margin + self.paper.inset).ceil();
+        }
+        draw_lines(&mut page, &self.plan, &self.lines, part, self.fit.pitch_mm);
+        self.draw_borders(&mut page, part);
+        joins(&mut page, part, self.plan.pages()[0]);
+        let (corner, kept) = self.patch_strip(part);
+        let patches = patches(&mut page, self.colours, corner, kept, part.number);
+        footer(&mut page, self.paper, None, &self.footer_text(part), false);
+        (page, patches)
+    }
+
+    /// Where the material ends, and the line to cut.
+    fn draw_borders(&self, page: &mut Page, part: &PagePart) {
+        if self.frame.margins != [0.0; 4] {
+            // Where the material ends, inside of what is cut out.
+            for k in 0..self.placed.len() {
+                let ends = [self.placed[k], self.placed[(k + 1) % self.placed.len()]];
+                if let Some(ends) = clip_segment(ends, part.area) {
+                    page.line(Layer::Print, Style::Thin, &ends.map(|p| p + part.shift), false);
                 }
             }
-            let room = frame.part(part, outer);
-            for polygon in cut_out(&outline, room) {
-                page.items.push(Item {
-                    layer: Layer::Cut,
-                    mark: Mark::Line { points: polygon.iter().map(|&p| p + shift).collect(), closed: true, style: Style::Cut },
-                    data: vec![("wrap", "outline".into())],
-                });
-            }
-            joins(&mut page, part, shift, [i + 1 < columns, j + 1 < rows], [i > 0, j > 0], number, columns);
-            places.extend(marker_places(part, outer, &frame, plan.size).into_iter().map(|p| (number, p)));
-            // From the left edge of what is cut out, if the strip is a part of it.
-            let strip = if frame.marked[1] && j == 0 {
-                room.map(|p| p + shift)
-            } else {
-                [corner, paper.size - corner].map(|p| DVec2::new(p.x, -1.0))
-            };
-            out.patches.extend(patches(&mut page, colours, DVec2::new(strip[0].x + QUIET, corner.y), strip, number));
-            let several = if count > 1 { format!(", sheet {number} of {count}") } else { String::new() };
-            footer(
-                &mut page,
-                paper,
-                None,
-                &format!(
-                    "{title}  -  wrap sheet{several}: {} periods of {:.3} mm ({:+.2} %)",
-                    fit.around,
-                    fit.pitch_mm,
-                    100.0 * fit.residual
-                ),
-                false,
-            );
-            out.parts.push(SheetPart {
-                page: number,
-                origin_mm: origin.to_array(),
-                low_mm: part[0].to_array(),
-                size_mm: (part[1] - part[0]).to_array(),
+        }
+        for polygon in cut_out(&self.cut, self.frame.part(part.area, part.outer)) {
+            page.items.push(Item {
+                layer: Layer::Cut,
+                mark: Mark::Line { points: polygon.iter().map(|&p| p + part.shift).collect(), closed: true, style: Style::Cut },
+                data: vec![("wrap", "outline".into())],
             });
-            out.pages.push(page);
         }
     }
-    // As many as the dictionary has, evenly.
-    let every = places.len().div_ceil(DICT_5X5_100.len()).max(1);
-    for (id, &(number, low)) in places.iter().step_by(every).enumerate() {
-        let shift = origin - DVec2::from_array(out.parts[number - 1].low_mm);
-        draw_marker(&mut out.pages[number - 1], id, low + shift);
-        let (l, h) = (low, low + MARKER);
-        let joined = [[l.x, h.y], [h.x, h.y], [h.x, l.y], [l.x, l.y]];
-        out.markers.push(Marker { id, page: number, corners_mm: joined.map(|[x, y]| [x + shift.x, y + shift.y]), joined_mm: joined });
+
+    /// Lower left corner of the colour patches on a page, and the rectangle of what is cut out, if the patches are a part of it.
+    fn patch_strip(&self, part: &PagePart) -> (DVec2, [DVec2; 2]) {
+        let [corner, _] = self.paper.area();
+        let kept = if self.frame.marked[1] && part.outer[1] {
+            self.frame.part(part.area, part.outer).map(|p| p + part.shift)
+        } else {
+            [corner, self.paper.size - corner].map(|p| DVec2::new(p.x, -1.0))
+        };
+        (DVec2::new(kept[0].x + QUIET, corner.y), kept)
     }
-    Ok(out)
+
+    fn footer_text(&self, part: &PagePart) -> String {
+        let count: usize = self.plan.pages().iter().product();
+        let several = if count > 1 { format!(", sheet {} of {count}", part.number) } else { String::new() };
+        let WrapFit { around, pitch_mm, residual, .. } = self.fit;
+        format!("{}  -  wrap sheet{several}: {around} periods of {pitch_mm:.3} mm ({:+.2} %)", self.title, 100.0 * residual)
+    }
+}
+
+impl Wrap {
+    /// Draws markers at the places, as many as the dictionary has, evenly.
+    fn place_markers(&mut self, places: &[(PagePart, DVec2)]) {
+        let every = places.len().div_ceil(DICT_5X5_100.len()).max(1);
+        for (id, &(part, low)) in places.iter().step_by(every).enumerate() {
+            draw_marker(&mut self.pages[part.number - 1], id, low + part.shift);
+            let high = low + MARKER;
+            let joined = [[low.x, high.y], [high.x, high.y], [high.x, low.y], [low.x, low.y]];
+            self.markers.push(Marker {
+                id,
+                page: part.number,
+                corners_mm: joined.map(|[x, y]| [x + part.shift.x, y + part.shift.y]),
+                joined_mm: joined,
+            });
+        }
+    }
 }
 
 #[cfg(test)]
@@ -242,7 +287,7 @@ mod tests {
                 let shift = DVec2::from_array(part.low_mm) - DVec2::from_array(part.origin_mm);
                 cut(page).into_iter().map(move |p| p + shift)
             });
-            let (l, h) = all.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
+            let [l, h] = crate::polygon::bounds(all);
             assert!(l.distance(low) < 1e-3 && h.distance(high) < 1e-3, "{object}: {l} to {h}, not {low} to {high}");
         }
         let cone = sheet("cone:radius=30,height=50", A4);

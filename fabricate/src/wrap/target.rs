@@ -67,7 +67,7 @@ impl Target {
     pub fn parse(text: &str) -> Result<Self, BadInput> {
         let remedy =
             "write it like cylinder:radius=40,height=100 (or plane:width=,height=; cone:radius=,height=; box:width=,depth=,height=)";
-        let bad = |problem: String| BadInput::new(problem, remedy).at_field("--on");
+        let bad = |problem: String| BadInput::new(problem, remedy).at_field("on");
         let (shape, rest) = text.split_once(':').unwrap_or((text, ""));
         let keys: &[&str] = match shape {
             "plane" => &["width", "height"],

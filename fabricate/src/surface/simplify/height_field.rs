@@ -5,6 +5,7 @@
 
 use super::goal::Goal;
 use crate::mesh::Triangles;
+use crate::polygon::{area, hull};
 use biscale::error::BadInput;
 use glam::{DVec2, DVec3};
 use spade::{DelaunayTriangulation, FloatTriangulation, HasPosition, Point2, Triangulation};
@@ -23,8 +24,10 @@ impl HasPosition for Node {
     }
 }
 
-/// Rounds of refinement; each adds points all over the surface.
+/// Most rounds of refinement; each adds points all over the surface, and more of them than the one before.
 const ROUNDS: usize = 400;
+/// Heights that differ by less are one, mm: rounding.
+const SAME_HEIGHT: f64 = 1e-9;
 
 /// A surface that is a height over a convex part of the plane.
 pub struct Field<'s> {
@@ -53,32 +56,24 @@ impl<'s> Field<'s> {
         }
         let nodes: Vec<Node> =
             (0..soup.vertices.len()).filter(|&v| used[v]).map(|v| Node { at: soup.vertices[v], colour: colour[v] }).collect();
-        let area = |t: &[u32; 3]| {
+        let projected = |t: &[u32; 3]| {
             let [a, b, c] = t.map(|v| soup.vertices[v as usize].truncate());
             0.5 * (b - a).perp_dot(c - a)
         };
-        let covered: f64 = soup.triangles.iter().map(area).sum();
-        let hull = crate::polygon::hull(nodes.iter().map(|n| n.at.truncate()));
-        let hull_area = crate::polygon::area(&hull);
+        let covered: f64 = soup.triangles.iter().map(projected).sum();
+        let hull = hull(nodes.iter().map(|n| n.at.truncate()));
+        let hull_area = area(&hull);
         ((hull_area - covered).abs() <= 1e-3 * hull_area).then_some(Self { soup, nodes, hull })
     }
 
     /// The reduced surface and its slope error, radians.
     pub fn reduce(&self, goal: Goal) -> Result<(Triangles, f64), BadInput> {
-        let nodes = &self.nodes;
-        let hull_area = crate::polygon::area(&self.hull);
-        let mut chosen = vec![false; nodes.len()];
+        let mut chosen = vec![false; self.nodes.len()];
         let mut triangulation: DelaunayTriangulation<Node> = DelaunayTriangulation::new();
-        let insert = |triangulation: &mut DelaunayTriangulation<Node>, k: usize| -> Result<(), BadInput> {
-            triangulation
-                .insert(nodes[k])
-                .map(|_| ())
-                .map_err(|e| BadInput::new(format!("a point cannot be triangulated: {e}"), "check the mesh's coordinates"))
-        };
         for &corner in &self.hull {
-            let k = (0..nodes.len()).find(|&k| nodes[k].at.truncate() == corner).expect("the hull is made of nodes");
+            let k = (0..self.nodes.len()).find(|&k| self.nodes[k].at.truncate() == corner).expect("the hull is made of nodes");
             chosen[k] = true;
-            insert(&mut triangulation, k)?;
+            insert(&mut triangulation, self.nodes[k])?;
         }
         let slopes = original_slopes(self.soup);
         for round in 0..ROUNDS {
@@ -88,48 +83,60 @@ impl<'s> Field<'s> {
             }
             // Every new point makes two facets, or one at the border.
             let room = goal.facets.saturating_sub(facets + 2) / 2 + usize::from(facets + 2 <= goal.facets);
-            if room == 0 {
+            if room == 0 || !self.refine(&mut triangulation, &mut chosen, room.min(1 + round / 4 + facets / 16))? {
                 break;
             }
-            let mut off: Vec<(f64, usize)> = (0..nodes.len())
-                .filter(|&k| !chosen[k])
-                .map(|k| ((height(&triangulation, nodes[k].at.truncate()) - nodes[k].at.z).abs(), k))
-                .filter(|(d, _)| *d > 1e-9)
-                .collect();
-            if off.is_empty() {
-                break;
-            }
-            off.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-            // A few at a time, apart from each other: one insertion changes what is off near it.
-            let take = room.min(1 + round / 4 + facets / 16);
-            let apart = (hull_area / (facets as f64 + 1.0)).sqrt();
-            let mut taken: Vec<DVec2> = Vec::new();
-            for (_, k) in off {
-                let p = nodes[k].at.truncate();
-                if taken.iter().all(|q| q.distance(p) > apart) {
-                    insert(&mut triangulation, k)?;
-                    chosen[k] = true;
-                    taken.push(p);
-                    if taken.len() >= take {
-                        break;
-                    }
+        }
+        let slope = slope_rms(&triangulation, &slopes);
+        Ok((triangles(&triangulation), slope))
+    }
+
+    /// Adds the points that are farthest off, at most so many; whether there were any.
+    ///
+    /// They lie apart from each other: one insertion changes what is off near it.
+    fn refine(&self, triangulation: &mut DelaunayTriangulation<Node>, chosen: &mut [bool], most: usize) -> Result<bool, BadInput> {
+        let nodes = &self.nodes;
+        let mut off: Vec<(f64, usize)> = (0..nodes.len())
+            .filter(|&k| !chosen[k])
+            .map(|k| ((height(triangulation, nodes[k].at.truncate()) - nodes[k].at.z).abs(), k))
+            .filter(|(d, _)| *d > SAME_HEIGHT)
+            .collect();
+        off.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let apart = (area(&self.hull) / (triangulation.num_inner_faces() as f64 + 1.0)).sqrt();
+        let mut taken: Vec<DVec2> = Vec::new();
+        for &(_, k) in &off {
+            let p = nodes[k].at.truncate();
+            if taken.iter().all(|q| q.distance(p) > apart) {
+                insert(triangulation, nodes[k])?;
+                chosen[k] = true;
+                taken.push(p);
+                if taken.len() >= most {
+                    break;
                 }
             }
         }
-        let mut out = Triangles::default();
-        let mut place = vec![0_u32; triangulation.num_vertices()];
-        for v in triangulation.vertices() {
-            place[v.fix().index()] = u32::try_from(out.vertices.len()).expect("few");
-            out.vertices.push(v.data().at);
-        }
-        for face in triangulation.inner_faces() {
-            let corners = face.vertices();
-            out.triangles.push(corners.map(|v| place[v.fix().index()]));
-            out.colours.push(std::array::from_fn(|c| corners.iter().map(|v| v.data().colour[c]).sum::<f64>() / 3.0));
-        }
-        let slope = slope_rms(&triangulation, &slopes);
-        Ok((out, slope))
+        Ok(!off.is_empty())
     }
+}
+
+fn insert(triangulation: &mut DelaunayTriangulation<Node>, node: Node) -> Result<(), BadInput> {
+    let bad = |e| BadInput::new(format!("a point cannot be triangulated: {e}"), "check the mesh's coordinates");
+    triangulation.insert(node).map(|_| ()).map_err(bad)
+}
+
+fn triangles(triangulation: &DelaunayTriangulation<Node>) -> Triangles {
+    let mut out = Triangles::default();
+    let mut place = vec![0_u32; triangulation.num_vertices()];
+    for v in triangulation.vertices() {
+        place[v.fix().index()] = u32::try_from(out.vertices.len()).expect("few");
+        out.vertices.push(v.data().at);
+    }
+    for face in triangulation.inner_faces() {
+        let corners = face.vertices();
+        out.triangles.push(corners.map(|v| place[v.fix().index()]));
+        out.colours.push(std::array::from_fn(|c| corners.iter().map(|v| v.data().colour[c]).sum::<f64>() / 3.0));
+    }
+    out
 }
 
 /// Whether triangles overlap in projection: their areas add up to more than what they cover, which a border walk would miss.

@@ -28,16 +28,14 @@ pub fn reduce(soup: Triangles, recipe: &FoldRecipe) -> Result<(Triangles, Vec<St
     }
     let facets = recipe.max_facets.unwrap_or(MAX_FACETS).min(MAX_FACETS);
     if facets < 2 {
-        return Err(BadInput::new(format!("{facets} facets make no surface"), "write at least 2").at_field("--max-facets"));
+        return Err(BadInput::new(format!("{facets} facets make no surface"), "write at least 2").at_field("max_facets"));
     }
     if recipe.slope_tolerance_deg.is_none() && soup.triangles.len() <= facets {
         return Ok((soup, Vec::new()));
     }
     if soup.triangles.len() > MAX_REDUCED {
         let problem = format!("the surface has {} triangles, more than the {MAX_REDUCED} that can be reduced", soup.triangles.len());
-        return Err(
-            BadInput::new(problem, "reduce it first in a mesh program, or lower the material's resolution").at_field("--max-facets")
-        );
+        return Err(BadInput::new(problem, "reduce it first in a mesh program, or lower the material's resolution").at_field("max_facets"));
     }
     let before = soup.triangles.len();
     let goal = Goal { facets, slope: recipe.slope_tolerance_deg.map(f64::to_radians) };
@@ -66,12 +64,12 @@ pub fn reduce(soup: Triangles, recipe: &FoldRecipe) -> Result<(Triangles, Vec<St
         let problem =
             format!("with {} facets the slopes are off by {:.2} degrees (RMS), more than {limit}", out.triangles.len(), slope.to_degrees());
         return Err(
-            BadInput::new(problem, "allow more with --slope-tolerance, or more facets with --max-facets").at_field("--slope-tolerance")
+            BadInput::new(problem, "allow more with `slope_tolerance`, or more facets with `max_facets`").at_field("slope_tolerance")
         );
     }
     if out.triangles.len() > facets {
         let problem = format!("the surface could be reduced {how} to {} facets and not to {facets}", out.triangles.len());
-        return Err(BadInput::new(problem, "allow more facets, or reduce it in a mesh program").at_field("--max-facets"));
+        return Err(BadInput::new(problem, "allow more facets, or reduce it in a mesh program").at_field("max_facets"));
     }
     let note = format!(
         "reduced {before} triangles {how} to {}: their normals are off by {:.2} degrees (RMS, by area)",

@@ -5,8 +5,11 @@ use super::pose::Pose;
 use crate::polygon::Convex;
 use glam::DVec2;
 
-/// Directions in a quarter turn in which a piece's size is measured.
+/// Directions in a quarter turn in which a piece's size is measured. Chosen, not
+/// measured: more directions find more pieces that fit aslant, and each costs time for every move.
 const DIRECTIONS: usize = 8;
+/// Facets of a part up to which a list of its edges is looked through for each new one: only speed depends on it.
+const SHORT_LIST: usize = 32;
 
 /// What a move does.
 #[derive(Clone, Copy, Debug)]
@@ -107,7 +110,7 @@ impl Net<'_, '_> {
         dirty.clear();
         let outcome = if self.part_overlaps(&part, &poses, into, m.across, &mut dirty) {
             Outcome::Overlap
-        } else if !self.fits(&part, &poses, target, from == into) {
+        } else if !self.fits(&part, &poses, target) {
             Outcome::Sheet
         } else if self.apply(&part, &poses, into, m, &dirty) {
             if from != into {
@@ -157,7 +160,7 @@ impl Net<'_, '_> {
     }
 
     /// Whether the piece of `target` with the part laid at it fits the sheet in some rotation.
-    fn fits(&mut self, part: &[u32], poses: &[Pose], target: u32, same: bool) -> bool {
+    fn fits(&mut self, part: &[u32], poses: &[Pose], target: u32) -> bool {
         let problem = self.problem;
         let mut span = [[f64::INFINITY, f64::NEG_INFINITY]; 2 * DIRECTIONS];
         let axes: [DVec2; DIRECTIONS] =
@@ -181,7 +184,6 @@ impl Net<'_, '_> {
         let mut queue = vec![target];
         self.stamp += 1;
         self.mark[target as usize] = self.stamp;
-        let _ = same;
         while let Some(f) = queue.pop() {
             add(f, &self.pose[f as usize]);
             for &e in &problem.mesh.facets[f as usize].edges {
@@ -209,13 +211,31 @@ impl Net<'_, '_> {
 
     /// Moves the part; without a tab for some edge everything is put back.
     fn apply(&mut self, part: &[u32], poses: &[Pose], into: u32, m: Move, dirty: &[u32]) -> bool {
-        let problem = self.problem;
         let from = self.piece[part[0] as usize];
-        // Edges whose tabs may change: those that the part runs into, and all around and in the part.
         let mut before = std::mem::take(&mut self.scratch.tabs_before);
         let mut old = std::mem::take(&mut self.scratch.old);
-        before.clear();
+        self.take_tabs_around(part, dirty, &mut before);
         old.clear();
+        old.extend(part.iter().map(|&f| self.pose[f as usize]));
+        self.place(part, poses, into);
+        self.set_tree(m, true);
+        for &(e, ..) in &before {
+            self.joined[e as usize] = self.tree[e as usize] || self.coincides(e);
+        }
+        let fine = self.give_tabs(&before);
+        if !fine {
+            self.put_back(part, &old, from, m, &before);
+        }
+        self.scratch.tabs_before = before;
+        self.scratch.old = old;
+        fine
+    }
+
+    /// Takes off all tabs that a move of the part may change: those that it runs into, and all around and in it. They are kept in
+    /// `before`, with whether their edges are joined.
+    fn take_tabs_around(&mut self, part: &[u32], dirty: &[u32], before: &mut Vec<(u32, Option<TabChoice>, bool)>) {
+        let problem = self.problem;
+        before.clear();
         let note = |net: &mut Self, before: &mut Vec<(u32, Option<TabChoice>, bool)>, e: u32| {
             if problem.mesh.edges[e as usize].sides[1].is_some() && before.iter().all(|&(b, ..)| b != e) {
                 before.push((e, net.tab[e as usize], net.joined[e as usize]));
@@ -223,12 +243,12 @@ impl Net<'_, '_> {
             }
         };
         for &e in dirty {
-            note(self, &mut before, e);
+            note(self, before, e);
         }
-        if part.len() <= 32 {
+        if part.len() <= SHORT_LIST {
             for &f in part {
                 for &e in &problem.mesh.facets[f as usize].edges {
-                    note(self, &mut before, e);
+                    note(self, before, e);
                 }
             }
         } else {
@@ -244,55 +264,45 @@ impl Net<'_, '_> {
                 }
             }
         }
+    }
+
+    /// Lays facets with these poses in a piece.
+    fn place(&mut self, part: &[u32], poses: &[Pose], piece: u32) {
         for (&f, &pose) in part.iter().zip(poses) {
-            old.push(self.pose[f as usize]);
             self.remove_facet(f);
-            self.piece[f as usize] = into;
+            self.piece[f as usize] = piece;
             self.pose[f as usize] = pose;
         }
         for &f in part {
             self.insert_facet(f);
         }
-        self.tree[m.across as usize] = true;
+    }
+
+    /// Lets the tree run over the edge of a move, and not over the one where the part was cut off, or the other way round.
+    fn set_tree(&mut self, m: Move, moved: bool) {
+        self.tree[m.across as usize] = moved;
         if let Some(cut) = m.cut {
-            self.tree[cut as usize] = false;
+            self.tree[cut as usize] = !moved;
         }
-        for &(e, ..) in &before {
-            self.joined[e as usize] = self.tree[e as usize] || self.coincides(e);
+    }
+
+    /// Gives tabs to edges that are glued now; false as soon as one finds none. An edge that had no tab before may go on without.
+    fn give_tabs(&mut self, before: &[(u32, Option<TabChoice>, bool)]) -> bool {
+        before.iter().all(|&(e, tab, was_joined)| self.joined[e as usize] || self.give_tab(e) || (tab.is_none() && !was_joined))
+    }
+
+    /// Undoes a move.
+    fn put_back(&mut self, part: &[u32], old: &[Pose], from: u32, m: Move, before: &[(u32, Option<TabChoice>, bool)]) {
+        for &(e, ..) in before {
+            self.take_tab(e);
         }
-        // An edge that had no tab before may go on without.
-        let mut fine = true;
-        for &(e, tab, was_joined) in &before {
-            if !self.joined[e as usize] && !self.give_tab(e) && (tab.is_some() || was_joined) {
-                fine = false;
-                break;
-            }
-        }
-        if !fine {
-            for &(e, ..) in &before {
-                self.take_tab(e);
-            }
-            for (&f, &pose) in part.iter().zip(&old) {
-                self.remove_facet(f);
-                self.piece[f as usize] = from;
-                self.pose[f as usize] = pose;
-            }
-            for &f in part {
-                self.insert_facet(f);
-            }
-            self.tree[m.across as usize] = false;
-            if let Some(cut) = m.cut {
-                self.tree[cut as usize] = true;
-            }
-            for &(e, tab, joined) in &before {
-                self.joined[e as usize] = joined;
-                if let Some(tab) = tab {
-                    self.put_tab(e, tab);
-                }
+        self.place(part, old, from);
+        self.set_tree(m, false);
+        for &(e, tab, joined) in before {
+            self.joined[e as usize] = joined;
+            if let Some(tab) = tab {
+                self.put_tab(e, tab);
             }
         }
-        self.scratch.tabs_before = before;
-        self.scratch.old = old;
-        fine
     }
 }

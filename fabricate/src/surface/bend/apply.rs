@@ -1,49 +1,15 @@
-//! What folds take of the paper: the bend allowance.
-//!
-//! The design's surface is the printed side. Paper of thickness `t` that is folded by the angle `a` around an inner radius `R` keeps its
-//! length at `K t` from the inner side (`K = 1/2`: in its middle), on an arc of `a (R + K t)`. The planes of the printed side meet outside of
-//! a mountain's arc and inside of a valley's, at `(R + t) tan(a / 2)` and `R tan(a / 2)` from where it begins. So a fold takes from the two facets
-//! together (DIN 6935; Machinery's Handbook, "Bend allowance"; the setback and deduction of sheet metal)
-//!
-//! ```text
-//! mountain: 2 (R + t) tan(a / 2) - a (R + K t)        valley: 2 R tan(a / 2) - a (R + K t)
-//! ```
-//!
-//! where a negative number is given and not taken. Where all folds are parallel (grooves, any strip) every facet is narrowed by just that.
-//! Where folds meet in corners, facets cannot all be narrowed and still meet: the surface is moved inwards as a whole, by `d`, which takes
-//! `2 d tan(a / 2)` from a mountain and gives as much to a valley. `d` is the best by least squares over the lengths of the folds; it is exact
-//! where all folds are alike, as on a regular solid, and what is left is told.
+//! A surface whose folds take their bend allowance.
 
+use super::allowance::{Bend, FLAT};
+use super::strip::strip_shifts;
 use crate::mesh::{Mesh, Tolerance, Triangles};
 use biscale::error::BadInput;
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec3};
 
-/// Paper, and how it is folded; lengths in mm.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bend {
-    /// Thickness of the paper.
-    pub thickness: f64,
-    /// Radius of the inner side of a fold.
-    pub radius: f64,
-    /// Where the paper keeps its length, from the inner side, as a share of its thickness.
-    pub k: f64,
-}
-
-/// Folds below this angle, radians, take nothing.
-const FLAT: f64 = 1e-9;
-/// Directions and places that differ by less are one, of the unit or in mm.
-const SAME: f64 = 1e-6;
-/// What is left of the bend allowance below this is not told, mm.
+/// What is left of the bend allowance below this is not told, mm. Chosen, not measured: a tenth of the thickness of office paper.
 const QUIET: f64 = 0.01;
 
 impl Bend {
-    /// What a fold takes from its two facets together, mm; `angle` in radians, valley positive.
-    pub fn deduction(self, angle: f64) -> f64 {
-        let a = angle.abs();
-        let outside = if angle < 0.0 { self.radius + self.thickness } else { self.radius };
-        2.0 * outside * (0.5 * a).tan() - a * (self.radius + self.k * self.thickness)
-    }
-
     /// The surface whose folds, drawn as sharp lines, give the design when they are bent.
     ///
     /// # Errors
@@ -54,7 +20,7 @@ impl Bend {
         let mut depth = vec![0.0; mesh.facets.len()];
         let (mut worst, mut sum, mut length) = (0.0_f64, 0.0, 0.0);
         for part in mesh.components() {
-            if let Some(moved) = self.strip(&mesh, &part) {
+            if let Some(moved) = strip_shifts(self, &mesh, &part) {
                 for (v, shift) in moved {
                     vertices[v as usize] += shift;
                 }
@@ -88,11 +54,6 @@ impl Bend {
         Ok(out)
     }
 
-    /// Distance from the edge of a fold to where its arc begins, mm.
-    fn setback(self, angle: f64) -> f64 {
-        (if angle < 0.0 { self.radius + self.thickness } else { self.radius }) * (0.5 * angle.abs()).tan()
-    }
-
     /// Refuses facets that are narrower than the arc of one of their folds.
     fn check(self, mesh: &Mesh) -> Result<(), BadInput> {
         for (k, facet) in mesh.facets.iter().enumerate() {
@@ -111,98 +72,7 @@ impl Bend {
 
     fn vanishes(self, facet: usize) -> BadInput {
         let problem = format!("facet {} vanishes in paper of {} mm with folds of radius {} mm", facet + 1, self.thickness, self.radius);
-        BadInput::new(problem, "take thinner paper, a larger scale, or a smaller --fold-radius").at_field("--paper-thickness")
-    }
-
-    /// How the corners of a part move if it is a strip: all folds parallel, each panel between two of them, no ring.
-    fn strip(self, mesh: &Mesh, part: &[u32]) -> Option<Vec<(u32, DVec3)>> {
-        let folded = |e: u32| mesh.edges[e as usize].sides[1].is_some() && mesh.edges[e as usize].angle.abs() > FLAT;
-        let first = part.iter().flat_map(|&f| &mesh.facets[f as usize].edges).copied().find(|&e| folded(e))?;
-        let at = |v: u32| mesh.vertices[v as usize];
-        let direction = |e: u32| {
-            let [a, b] = mesh.edges[e as usize].ends.map(at);
-            (b - a).normalize_or_zero()
-        };
-        let along = direction(first);
-        // The plane across the folds.
-        let (x, y) = along.any_orthonormal_pair();
-        let profile = |v: u32| DVec2::new(x.dot(at(v)), y.dot(at(v)));
-        // Panels: facets that lie in one plane.
-        let mut panel_of: std::collections::BTreeMap<u32, usize> = std::collections::BTreeMap::new();
-        let mut panels: Vec<Vec<u32>> = Vec::new();
-        for &start in part {
-            if panel_of.contains_key(&start) {
-                continue;
-            }
-            panel_of.insert(start, panels.len());
-            let mut panel = vec![start];
-            let mut k = 0;
-            while k < panel.len() {
-                for (e, g) in mesh.neighbours(panel[k]) {
-                    if !folded(e) && panel_of.insert(g, panels.len()).is_none() {
-                        panel.push(g);
-                    }
-                }
-                k += 1;
-            }
-            panels.push(panel);
-        }
-        // Each panel's fold lines: their place in the profile, the angle, the panel beyond.
-        let mut lines: Vec<Vec<(DVec2, f64, usize)>> = vec![Vec::new(); panels.len()];
-        for (k, panel) in panels.iter().enumerate() {
-            for &f in panel {
-                for (e, g) in mesh.neighbours(f).filter(|(e, _)| folded(*e)) {
-                    if direction(e).cross(along).length() > SAME {
-                        return None;
-                    }
-                    let (p, angle, beyond) = (profile(mesh.edges[e as usize].ends[0]), mesh.edges[e as usize].angle, panel_of[&g]);
-                    match lines[k].iter().find(|(q, ..)| q.distance(p) <= SAME) {
-                        Some((_, a, b)) if (a - angle).abs() > SAME || *b != beyond => return None,
-                        Some(_) => {}
-                        None => lines[k].push((p, angle, beyond)),
-                    }
-                }
-            }
-            if lines[k].len() > 2 {
-                return None;
-            }
-        }
-        // From one end to the other; a ring has none.
-        let mut at_panel = lines.iter().position(|l| l.len() == 1)?;
-        let mut moved: std::collections::BTreeMap<u32, DVec3> = std::collections::BTreeMap::new();
-        let mut shift = DVec2::ZERO;
-        let mut entered: Option<(DVec2, f64)> = None;
-        loop {
-            let leave = lines[at_panel].iter().find(|(p, ..)| entered.is_none_or(|(q, _)| q.distance(*p) > SAME)).copied();
-            let half = |angle: f64| 0.5 * self.deduction(angle);
-            let (taken_in, taken_out) = (entered.map_or(0.0, |(_, a)| half(a)), leave.map_or(0.0, |(_, a, _)| half(a)));
-            let corners = || panels[at_panel].iter().flat_map(|&f| &mesh.facets[f as usize].corners).copied();
-            // Across the panel, from where it was entered to where it is left.
-            let far = |from: DVec2| corners().map(profile).max_by(|a, b| a.distance_squared(from).total_cmp(&b.distance_squared(from)));
-            let across = match (entered, leave) {
-                (Some((p, _)), Some((q, ..))) => q - p,
-                (Some((p, _)), None) => far(p)? - p,
-                (None, Some((q, ..))) => q - far(q)?,
-                (None, None) => return None,
-            }
-            .normalize_or_zero();
-            for v in corners() {
-                let p = profile(v);
-                let s = if entered.is_some_and(|(q, _)| q.distance(p) <= SAME) {
-                    shift
-                } else if leave.is_some_and(|(q, ..)| q.distance(p) <= SAME) {
-                    shift - (taken_in + taken_out) * across
-                } else {
-                    shift - taken_in * across
-                };
-                moved.entry(v).or_insert(s.x * x + s.y * y);
-            }
-            let Some((p, angle, beyond)) = leave else { break };
-            shift -= (taken_in + taken_out) * across;
-            entered = Some((p, angle));
-            at_panel = beyond;
-        }
-        Some(moved.into_iter().collect())
+        BadInput::new(problem, "take thinner paper, a larger `scale`, or a smaller `fold_radius`").at_field("paper_thickness")
     }
 
     /// The mesh with its corners elsewhere.
@@ -255,6 +125,7 @@ fn offset(mesh: &Mesh, depth: &[f64], vertices: &mut [DVec3]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec2;
     use std::f64::consts::PI;
 
     /// A strip along y with this profile, 20 mm wide, cut into two cells along y.
