@@ -4,7 +4,8 @@ use crate::polygon::{bounds, hull};
 use biscale::error::BadInput;
 use glam::DVec2;
 
-/// Distance between pieces, mm: scissors need some, and so do the colours that reach over the outline.
+/// Distance between pieces, mm: scissors need some, and so do the colours that reach over the outline by
+/// [`crate::paper::BLEED`] on both sides. Chosen, not measured.
 pub const GAP: f64 = 4.0;
 
 /// Where a piece lies: turned by the unit vector `x`, then shifted, on a page.

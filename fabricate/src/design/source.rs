@@ -13,7 +13,7 @@ use std::path::Path;
 /// Endings of plain meshes.
 pub const MESH_ENDINGS: [&str; 3] = ["obj", "ply", "stl"];
 
-/// Most triangles of a repeated tile that are looked at: a sheet that a person folds has thousands at most.
+/// Most triangles of a repeated tile that are looked at: a sheet that a person folds has thousands at most. Chosen, not measured.
 pub const MAX_TRIANGLES: usize = 2_000_000;
 
 /// What is made where neither size nor periods are given, mm. Chosen, not measured: fits a4 upright with its margins and tabs.

@@ -29,8 +29,10 @@ enum Lookup {
     Nearest(RTree<NearTriangle>),
 }
 
-/// Triangles near a point that are looked at for one that faces the same way.
+/// Triangles near a point that are looked at for one that faces the same way. Chosen, not measured.
 const MOST_NEAR: usize = 24;
+/// Cosine between normals above which two triangles face the same way: less than 84 degrees apart.
+const SAME_WAY: f64 = 0.1;
 
 impl<'s> Texture<'s> {
     /// The colours of a source at a scale and so many periods; `None` of a plain mesh, which is white.
@@ -61,7 +63,7 @@ impl<'s> Texture<'s> {
             Lookup::Nearest(tree) => {
                 let p3 = p.to_array();
                 let mut near = tree.nearest_neighbor_iter(&p3).take(MOST_NEAR);
-                let t = near.find(|t| t.normal.dot(normal) > 0.1).or_else(|| tree.nearest_neighbor(&p3));
+                let t = near.find(|t| t.normal.dot(normal) > SAME_WAY).or_else(|| tree.nearest_neighbor(&p3));
                 let t = t.expect("a design has triangles");
                 let k = t.id;
                 let weights = nearest(p, t.corners);
@@ -88,15 +90,17 @@ impl<'s> Texture<'s> {
     }
 
     fn mean(&self, mesh: &Mesh, facet: &Facet) -> [f64; 3] {
-        /// Points along each side of a triangle.
+        /// Points along each side of a triangle: 21 in all.
         const GRID: u32 = 6;
+        /// Where a point lies in its cell: at the middle of the lower of its two triangles.
+        const INNER: f64 = 0.33;
         let mut sum = [0.0; 4];
         for t in &facet.fill {
             let [a, b, c] = t.map(|k| mesh.vertices[facet.corners[k as usize] as usize]);
             let area = (b - a).cross(c - a).length();
             for i in 0..GRID {
                 for j in 0..GRID - i {
-                    let (u, v) = ((f64::from(i) + 0.33) / f64::from(GRID), (f64::from(j) + 0.33) / f64::from(GRID));
+                    let (u, v) = ((f64::from(i) + INNER) / f64::from(GRID), (f64::from(j) + INNER) / f64::from(GRID));
                     let colour = self.at(a + u * (b - a) + v * (c - a), facet.normal);
                     (0..3).for_each(|k| sum[k] += area * colour[k]);
                     sum[3] += area;

@@ -4,9 +4,9 @@ use super::page::text_width;
 use crate::polygon::{Convex, contains};
 use glam::DVec2;
 
-/// Largest and least size of numbers at edges, mm.
+/// Largest and least size of numbers at edges, mm. Chosen, not measured: .9 mm are digits .65 mm high, the least that is read.
 pub const NUMBER: [f64; 2] = [2.2, 0.9];
-/// Largest and least size of a piece's name, mm.
+/// Largest and least size of a piece's name, mm. Chosen, not measured.
 pub const NAME: [f64; 2] = [6.0, 1.2];
 
 /// A text that found its place.

@@ -14,14 +14,14 @@ use std::collections::BTreeMap;
 const PERIOD: [f64; 2] = [2.6, 1.0];
 /// Largest and least size of a fold angle, mm. Chosen, not measured: below the numbers, which matter more.
 const ANGLE: [f64; 2] = [1.6, 0.9];
-/// Facets of a piece, the largest first, on which a name is tried.
+/// Facets of a piece, the largest first, on which a name is tried. Chosen, not measured.
 const NAMED_FACETS: usize = 8;
 /// sRGB values of a colour add up to less than this where black lines are hard to see on it. Chosen by eye, not measured.
 const DARK: u32 = 300;
 /// Near white, for texts on dark facets.
 const PALE: [u8; 3] = [235; 3];
 
-/// Folds below this angle, radians, are not to be seen on paper.
+/// Folds below this angle, radians, are not to be seen on paper: .1 degrees. Chosen, not measured.
 pub const FLAT: f64 = 2e-3;
 
 fn facet_fill(mesh: &Mesh, facet: u32, look: &Look) -> [u8; 3] {

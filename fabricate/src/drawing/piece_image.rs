@@ -14,10 +14,10 @@ use rustc_hash::FxHashMap;
 /// Dots to the millimetre, 254 to the inch: finer than office printers show colours.
 pub const PER_MM: f64 = 10.0;
 
-/// Most dots of one piece; of a larger one they are coarser.
+/// Most dots of one piece; of a larger one they are coarser. Chosen, not measured: 160 MB of memory, an a3 page at [`PER_MM`] has 12 million.
 const MOST_DOTS: f64 = 4e7;
 
-/// How far inside a facet the colour beyond its border is taken, mm.
+/// How far inside a facet the colour beyond its border is taken, mm: a fifth of a dot.
 const INSIDE: f64 = 0.02;
 
 /// Which facet a dot belongs to.

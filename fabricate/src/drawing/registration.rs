@@ -4,10 +4,10 @@ use super::page::{BLACK, Layer, Mark, Page, Style};
 use crate::paper::Paper;
 use glam::DVec2;
 
-/// Length of the lines of registration marks, mm.
+/// Length of the lines of registration marks, mm; the square at the upper left has sides of 5.
 const SILHOUETTE_LENGTH: f64 = 20.0;
 
-/// What registration marks take from the area on each side, mm.
+/// What registration marks take from the area on each side, mm: the square of 5 mm and white around it. Chosen, not measured.
 pub const SILHOUETTE_INSET: f64 = 11.0;
 
 /// The marks that Silhouette's cutters look for: a square of 5 mm at the upper left, two corners of 20 mm lines .5 mm thick.

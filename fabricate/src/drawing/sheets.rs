@@ -124,7 +124,7 @@ fn rows(mesh: &Mesh, period: f64) -> BTreeMap<u32, String> {
     first.into_iter().map(|(row, (_, _, k))| (k, format!("#{}", row + 1))).collect()
 }
 
-/// So many kinds of folds are told once, in the footer, where there are more than so many folds.
+/// So many different angles are told once, in the footer, where there are more than so many folds. Chosen, not measured.
 const FEW_KINDS: usize = 4;
 
 const FEW_FOLDS: usize = 40;

@@ -5,7 +5,7 @@ use crate::drawing::{Layer, Mark, Page, Style, number};
 use glam::DVec2;
 use std::fmt::Write as _;
 
-/// Layers of the DXF with their colours by number.
+/// Layers of the DXF with their colours by number in the palette of `AutoCAD`: black or white, red, blue, green.
 const DXF_LAYERS: [(&str, u8); 4] = [("CUT", 7), ("SCORE_M", 1), ("SCORE_V", 5), ("REG", 3)];
 
 /// The lines of a page as DXF R12, mm, y up.

@@ -7,7 +7,7 @@ use crate::unfold::{Fold, Piece};
 use biscale::formats::svg::{NAMESPACE, SvgWriter};
 use glam::DVec2;
 
-/// Shortest edge in Origami Simulator's units: shorter ones make its solver stiff.
+/// Shortest edge in Origami Simulator's units: shorter ones make its solver stiff. Chosen, not measured.
 const SHORTEST: f64 = 10.0;
 
 /// A line of the crease pattern, with its meaning in colour and opacity.

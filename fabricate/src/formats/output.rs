@@ -28,7 +28,7 @@ pub enum Format {
     Dxf,
 }
 
-/// Pixels of a PNG to the millimetre: 200 dots an inch.
+/// Pixels of a PNG to the millimetre: 200 dots an inch. Chosen, not measured: a4 has 3.9 million.
 const PNG_SCALE: f64 = 200.0 / 25.4;
 
 /// What the files are made of.
@@ -83,7 +83,7 @@ impl Format {
     }
 }
 
-/// Distance between pages that lie side by side in one FOLD file, mm.
+/// Distance between pages that lie side by side in one FOLD file, mm: to be seen apart.
 const BETWEEN_PAGES: f64 = 20.0;
 
 /// The pieces where they lie, the pages side by side.

@@ -22,4 +22,5 @@ pub use nearest::NearTriangle;
 pub(crate) use nearest::nearest;
 pub(crate) use t_junctions::close_t_junctions;
 pub use tolerance::Tolerance;
+pub(crate) use tolerance::WELD_SHARE;
 pub use triangles::Triangles;

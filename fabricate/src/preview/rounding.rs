@@ -5,13 +5,13 @@ use biscale::geometry::{HeightGrid, Tile};
 use biscale::material::SmallScale;
 use glam::DVec2;
 
-/// Nodes along each side of the sampled period.
+/// Nodes along each side of the sampled period. Chosen, not measured: what this sampling changes is told beside the result.
 const NODES: usize = 96;
 
 /// The same, for places that wrap around.
 const WRAP: i64 = 96;
 
-/// Triangles of a tile up to which each point looks through all of them.
+/// Triangles of a tile up to which each point looks through all of them. Chosen, not measured.
 const MAX_DENSE: usize = 20_000;
 
 /// Heights of the highest surface over each node, one period.

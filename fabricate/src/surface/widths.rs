@@ -3,10 +3,10 @@
 use crate::mesh::{Mesh, width};
 use biscale::error::BadInput;
 
-/// Facets narrower than this are warned of, mm.
+/// Facets narrower than this are warned of, mm. Chosen, not measured: as wide as the tabs.
 pub const NARROW: f64 = 5.0;
 
-/// Facets narrower than this are refused, mm, unless the user insists.
+/// Facets narrower than this are refused, mm, unless the user insists. Chosen, not measured: what fingers and a ruler still fold.
 pub const TOO_NARROW: f64 = 2.0;
 
 /// What a person can fold: refuses facets below [`TOO_NARROW`] unless `force`, and warns of those below [`NARROW`].

@@ -5,7 +5,7 @@ use super::piece::Piece;
 use glam::DVec2;
 use rustc_hash::FxHashMap;
 
-/// Lengths that differ by less are one shape to scissors, mm.
+/// Lengths that differ by less are one shape to scissors, mm: what the verifier allows a refolded corner. Chosen, not measured.
 const SAME_SHAPE: f64 = 1e-4;
 
 /// Whether two pieces are one shape with the same folds and tabs: some motion brings every facet, fold and tab of one onto one of the other.

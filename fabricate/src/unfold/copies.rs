@@ -212,7 +212,7 @@ fn match_parts(mesh: &Mesh, first: &[u32], second: &[u32], tolerance: f64) -> Op
     })
 }
 
-/// Facets that are looked at, for each facet of a part, before two parts count as different.
+/// Facets that are looked at, for each facet of a part, before two parts count as different: bounds the time. Chosen, not measured.
 const MOST_STEPS: usize = 50;
 
 /// Follows the neighbours of both parts from one pair of facets; `None` where they differ.

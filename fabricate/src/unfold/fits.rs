@@ -8,7 +8,7 @@ use crate::polygon::{bounds, hull};
 use biscale::error::BadInput;
 use glam::DVec2;
 
-/// Longest piece on a roll, mm.
+/// Longest piece on a roll, mm. Chosen, not measured: longer than a table.
 pub const ROLL_LENGTH: f64 = 2000.0;
 
 /// The room for facets on a page: its area less the tabs around.

@@ -31,35 +31,79 @@ impl Default for Effort {
     }
 }
 
+/// Numbers of the search.
+///
+/// They were chosen by the pieces that came out, not derived, and not measured one by one; what all of them do together is counted by
+/// `cargo bench -p biscale-fabricate --bench pieces` and bounded by `fabricate/tests/pieces.rs`. They decide how many pieces there are,
+/// never whether a net is right.
+struct SearchParams {
+    /// Edges this much along the strips (cosine) are between two strips.
+    along_strip: f64,
+    /// Noise of the weights of strips, in units of the weights: decides among edges that are alike.
+    strip_noise: f64,
+    /// Least noise of other weights, and how much more it may be.
+    noise: [f64; 2],
+    /// How much slits are avoided at the beginning, one of these a run, in units of the weights, which lie between 0 and 1.4.
+    slit_shyness: [f64; 3],
+    /// Facets beyond which only two runs are made: there beginnings take longer than the search.
+    large: usize,
+    /// Largest part that an ordinary move takes off, facets: a larger one costs more collision tests than it wins.
+    largest_part: usize,
+    /// Facets taken at random beside the first, of which the one in the smallest piece is moved: small pieces are to dissolve.
+    chosen_of: usize,
+    /// Share of moves inside one piece.
+    inside: f64,
+    /// Facets of a piece up to which it is first tried as a whole, and the share of larger ones for which that is tried too.
+    whole: (u32, f64),
+    /// Share of moves that take from the smaller piece to the larger one.
+    to_larger: f64,
+    /// Chance to stop at each facet along the tree when a part is chosen: its mean distance is one over this.
+    stop_at: f64,
+    /// Starting temperature, in facets of difference between two pieces.
+    hot: f64,
+}
+
+const PARAMS: SearchParams = SearchParams {
+    along_strip: 0.8,
+    strip_noise: 0.01,
+    noise: [0.05, 0.3],
+    slit_shyness: [0.0, 0.5, 2.0],
+    large: 2500,
+    largest_part: 48,
+    chosen_of: 3,
+    inside: 0.25,
+    whole: (4, 0.2),
+    to_larger: 0.75,
+    stop_at: 0.6,
+    hot: 3.0,
+};
+
 /// Asked now and then whether to stop: returns true to stop with what there is.
 pub type Stop<'s> = dyn Fn(f64) -> bool + Sync + 's;
 
-/// An edge waiting to be laid, the best first.
-struct Candidate {
+/// An edge waiting to be laid, the one of the largest weight first.
+struct LayCandidate {
     weight: f64,
     edge: u32,
     moving: usize,
 }
 
-impl PartialEq for Candidate {
+impl PartialEq for LayCandidate {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other) == Ordering::Equal
     }
 }
-impl Eq for Candidate {}
-impl PartialOrd for Candidate {
+impl Eq for LayCandidate {}
+impl PartialOrd for LayCandidate {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
-impl Ord for Candidate {
+impl Ord for LayCandidate {
     fn cmp(&self, other: &Self) -> Ordering {
         self.weight.total_cmp(&other.weight).then(other.edge.cmp(&self.edge))
     }
 }
-
-/// Edges this much along the strips (cosine) are between two strips.
-const ALONG_STRIP: f64 = 0.8;
 
 /// Weights of the edges for one way to begin: larger is laid earlier.
 fn weights(problem: &Problem<'_>, run: u32, random: &mut Random) -> Vec<f64> {
@@ -75,7 +119,7 @@ fn weights(problem: &Problem<'_>, run: u32, random: &mut Random) -> Vec<f64> {
         let [a, b] = mesh.edges[random.below(mesh.edges.len())].ends.map(|v| mesh.vertices[v as usize]);
         (b - a).normalize_or_zero()
     };
-    let noise = 0.05 + 0.3 * random.unit();
+    let noise = PARAMS.noise[0] + PARAMS.noise[1] * random.unit();
     mesh.edges
         .iter()
         .enumerate()
@@ -84,7 +128,7 @@ fn weights(problem: &Problem<'_>, run: u32, random: &mut Random) -> Vec<f64> {
             let flat = 1.0 - e.angle.abs() / std::f64::consts::PI;
             if run.is_multiple_of(2) {
                 let along = (b - a).normalize_or_zero().dot(strip).abs();
-                return if along > ALONG_STRIP { f64::NEG_INFINITY } else { 1.0 - along + 0.01 * random.unit() };
+                return if along > PARAMS.along_strip { f64::NEG_INFINITY } else { 1.0 - along + PARAMS.strip_noise * random.unit() };
             }
             let base = match run / 2 % 3 {
                 0 => 1.0 - ((b - a).normalize_or_zero().dot(steepest)).abs(),
@@ -120,23 +164,23 @@ fn grow(net: &mut Net<'_, '_>, weights: &[f64], slit: f64, random: &mut Random, 
             continue;
         }
         heap.clear();
-        let push = |heap: &mut BinaryHeap<Candidate>, placed: &[bool], f: u32| {
+        let push = |heap: &mut BinaryHeap<LayCandidate>, placed: &[bool], f: u32| {
             for (edge, g) in mesh.neighbours(f) {
                 if !placed[g as usize] && weights[edge as usize] > f64::NEG_INFINITY {
                     let moving = usize::from(mesh.edges[edge as usize].sides[1].is_some_and(|(s, _)| s == g));
-                    heap.push(Candidate { weight: weights[edge as usize], edge, moving });
+                    heap.push(LayCandidate { weight: weights[edge as usize], edge, moving });
                 }
             }
         };
         push(&mut heap, &placed, start);
-        while let Some(Candidate { edge, moving, weight }) = heap.pop() {
+        while let Some(LayCandidate { edge, moving, weight }) = heap.pop() {
             let (g, _) = mesh.edges[edge as usize].sides[moving].expect("inner edge");
             if placed[g as usize] {
                 continue;
             }
             let now = weights[edge as usize] - slit * slits(net, &placed, edge, g, net.piece[start as usize]) as f64;
             if now < weight - 1e-9 {
-                heap.push(Candidate { weight: now, edge, moving });
+                heap.push(LayCandidate { weight: now, edge, moving });
                 continue;
             }
             if let Outcome::Done(_) = net.try_move(Move { across: edge, moving, cut: None, limit: 1 }) {
@@ -147,23 +191,12 @@ fn grow(net: &mut Net<'_, '_>, weights: &[f64], slit: f64, random: &mut Random, 
     }
 }
 
-/// How much slits are avoided at the beginning, in units of the weights, which lie between 0 and 1.4.
-const SLIT_SHYNESS: [f64; 3] = [0.0, 0.5, 2.0];
-/// Facets beyond which only two runs are made.
-const LARGE: usize = 2500;
-/// Largest part that an ordinary move takes off.
-const LARGEST_PART: usize = 48;
-/// Share of moves inside one piece.
-const INSIDE: f64 = 0.25;
-/// Starting temperature, in facets of difference between two pieces.
-const HOT: f64 = 3.0;
-
 /// One run: begin, then search for `work` collision tests.
 fn run<'p, 'a>(problem: &'p Problem<'a>, effort: Effort, number: u32, least: usize, stop: &Stop<'_>) -> Net<'p, 'a> {
     let mut random = Random::new(effort.seed.wrapping_mul(1009).wrapping_add(u64::from(number)));
     let mut net = Net::new(problem);
     let weights = weights(problem, number, &mut random);
-    let slit = SLIT_SHYNESS[random.below(SLIT_SHYNESS.len())];
+    let slit = PARAMS.slit_shyness[random.below(PARAMS.slit_shyness.len())];
     grow(&mut net, &weights, slit, &mut random, stop);
     let budget = effort.work / u64::from(effort.runs.max(1));
     let start = net.work;
@@ -183,7 +216,7 @@ fn run<'p, 'a>(problem: &'p Problem<'a>, effort: Effort, number: u32, least: usi
             break;
         }
         let heat = 1.0 - spent as f64 / budget as f64;
-        let temperature = HOT * heat * heat;
+        let temperature = PARAMS.hot * heat * heat;
         step(&mut net, facets, temperature, &mut random);
         if net.pieces < best.0 {
             best = (net.pieces, snapshot(&net));
@@ -210,7 +243,7 @@ fn step(net: &mut Net<'_, '_>, facets: usize, temperature: f64, random: &mut Ran
     let mesh = problem.mesh;
     // A facet of a small piece, of a few taken at random.
     let mut f = random.below(facets);
-    for _ in 0..3 {
+    for _ in 0..PARAMS.chosen_of {
         let other = random.below(facets);
         if net.size[net.piece[other] as usize] < net.size[net.piece[f] as usize] {
             f = other;
@@ -230,21 +263,21 @@ fn step(net: &mut Net<'_, '_>, facets: usize, temperature: f64, random: &mut Ran
     let (p, q) = (net.piece[g as usize], net.piece[f as usize]);
     let side_of_f = usize::from(mesh.edges[edge as usize].sides[1].is_some_and(|(s, _)| s == f));
     if p == q {
-        if random.unit() < INSIDE {
+        if random.unit() < PARAMS.inside {
             let cut = some_tree_edge(net, f, random);
-            let _ = net.try_move(Move { across: edge, moving: side_of_f, cut, limit: LARGEST_PART });
+            let _ = net.try_move(Move { across: edge, moving: side_of_f, cut, limit: PARAMS.largest_part });
         }
         return;
     }
     // Whole pieces first.
     let (small_side, small) = if net.size[q as usize] <= net.size[p as usize] { (side_of_f, q) } else { (1 - side_of_f, p) };
     let whole = Move { across: edge, moving: small_side, cut: None, limit: usize::MAX };
-    let tried = net.size[small as usize] <= 4 || random.unit() < 0.2;
+    let tried = net.size[small as usize] <= PARAMS.whole.0 || random.unit() < PARAMS.whole.1;
     if tried && matches!(net.try_move(whole), Outcome::Done(_)) {
         return;
     }
     // A part of one piece to the other.
-    let moving = if random.unit() < 0.75 { small_side } else { 1 - small_side };
+    let moving = if random.unit() < PARAMS.to_larger { small_side } else { 1 - small_side };
     let (mover, _) = mesh.edges[edge as usize].sides[moving].expect("inner edge");
     let Some(cut) = some_tree_edge(net, mover, random) else { return };
     let (a, b) = (f64::from(net.size[net.piece[mover as usize] as usize]), {
@@ -256,7 +289,7 @@ fn step(net: &mut Net<'_, '_>, facets: usize, temperature: f64, random: &mut Ran
     if change <= 0.0 && (temperature <= 0.0 || random.unit() >= (change / temperature).exp()) {
         return;
     }
-    let _ = net.try_move(Move { across: edge, moving, cut: Some(cut), limit: LARGEST_PART });
+    let _ = net.try_move(Move { across: edge, moving, cut: Some(cut), limit: PARAMS.largest_part });
 }
 
 /// A tree edge of a facet, or a few facets further along the tree.
@@ -270,7 +303,7 @@ fn some_tree_edge(net: &Net<'_, '_>, facet: u32, random: &mut Random) -> Option<
         let next = (0..edges.len()).map(|k| edges[(first + k) % edges.len()]).find(|&e| net.tree[e as usize] && Some(e) != last);
         let Some(edge) = next else { return last };
         last = Some(edge);
-        if random.unit() < 0.6 {
+        if random.unit() < PARAMS.stop_at {
             return last;
         }
         at = mesh.other(edge, at).expect("tree edges are inner").0;
@@ -285,7 +318,7 @@ pub fn search<'p, 'a>(problem: &'p Problem<'a>, effort: Effort, stop: &Stop<'_>)
     use rayon::prelude::*;
     let least = problem.mesh.components().len();
     // Beginnings take longer than the search on large meshes.
-    let runs = if problem.mesh.facets.len() > LARGE { effort.runs.min(2) } else { effort.runs }.max(1);
+    let runs = if problem.mesh.facets.len() > PARAMS.large { effort.runs.min(2) } else { effort.runs }.max(1);
     let effort = Effort { runs, ..effort };
     let nets: Vec<Net<'p, 'a>> = (0..runs).into_par_iter().map(|k| run(problem, effort, k, least, stop)).collect();
     let cut_length =

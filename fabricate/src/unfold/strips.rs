@@ -35,7 +35,7 @@ pub struct Crossing {
     pub at: f64,
 }
 
-/// What a strip has beyond its last crossing at either end, mm: to hold it by and to glue it down.
+/// What a strip has beyond its last crossing at either end, mm: to hold it by and to glue it down. Chosen, not measured.
 pub const END: f64 = 10.0;
 
 /// Length of a path `a cos(pi x / d)` over half a period `d`, by Simpson's rule: the path that the design's threads take from one side

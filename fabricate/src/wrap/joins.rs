@@ -6,7 +6,7 @@ use super::plan::PagePart;
 use crate::drawing::{BLACK, Layer, Mark, Page, Style};
 use glam::DVec2;
 
-/// Length of an arm of a cross, mm.
+/// Length of an arm of a cross, mm: less than half of [`JOIN`], so that crosses lie within the overlap.
 const CROSS: f64 = 4.0;
 
 /// Where the neighbours' edges come to lie, with crosses that both sheets have.

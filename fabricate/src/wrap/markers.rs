@@ -8,7 +8,8 @@ use crate::drawing::{BLACK, Item, Layer, Mark, Page, WHITE};
 use glam::DVec2;
 use serde::Serialize;
 
-/// Distance of markers, about, mm: from every side of a cylinder several columns are seen.
+/// Distance of markers, about, mm: from every side of a cylinder several columns are seen. Chosen, not measured: closer ones would leave
+/// no white between them, see [`MARKER`] and [`QUIET`].
 const SPACING: f64 = 20.0;
 
 /// A marker on a page.

@@ -5,7 +5,7 @@ use crate::drawing::{Item, Layer, Mark, Page, Style, srgb};
 use glam::DVec2;
 use serde::Serialize;
 
-/// Steps of the grey wedge.
+/// Steps of the grey wedge, from black to .9: enough to see a tone curve, few enough for a row of [`PATCH`]es on a4. Chosen, not measured.
 const GREYS: usize = 6;
 
 /// A colour patch on a page.

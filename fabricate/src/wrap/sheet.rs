@@ -24,7 +24,7 @@ use biscale::error::BadInput;
 use glam::DVec2;
 use serde::Serialize;
 
-/// Most pages of one sheet: nobody glues more.
+/// Most pages of one sheet: nobody glues more. Chosen, not measured.
 const MOST_PAGES: usize = 64;
 
 /// What part of the joined sheet a page holds, mm.

@@ -24,7 +24,8 @@ impl HasPosition for Node {
     }
 }
 
-/// Most rounds of refinement; each adds points all over the surface, and more of them than the one before.
+/// Most rounds of refinement; each adds points all over the surface, and more of them than the one before. Chosen, not
+/// measured: 400 rounds add more points than the most facets that are taken.
 const ROUNDS: usize = 400;
 /// Heights that differ by less are one, mm: rounding.
 const SAME_HEIGHT: f64 = 1e-9;

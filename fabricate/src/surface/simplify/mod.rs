@@ -11,11 +11,11 @@ mod quadric;
 mod slopes;
 
 use crate::design::FoldRecipe;
-use crate::mesh::{MAX_FACETS, Triangles};
+use crate::mesh::{MAX_FACETS, Triangles, WELD_SHARE};
 use biscale::error::BadInput;
 use goal::Goal;
 
-/// Most triangles that are reduced: more take minutes and gigabytes.
+/// Most triangles that are reduced: more take minutes and gigabytes. Chosen, not measured.
 pub const MAX_REDUCED: usize = 3_000_000;
 
 /// Reduces a surface if the recipe says so; tells what was done, if anything.
@@ -41,7 +41,7 @@ pub fn reduce(soup: Triangles, recipe: &FoldRecipe) -> Result<(Triangles, Vec<St
     let goal = Goal { facets, slope: recipe.slope_tolerance_deg.map(f64::to_radians) };
     let size = soup.size();
     let mut welded = soup;
-    welded.weld(1e-7 * size);
+    welded.weld(WELD_SHARE * size);
     let keep: Vec<bool> = welded.triangles.iter().map(|t| t[0] != t[1] && t[1] != t[2] && t[2] != t[0]).collect();
     let mut k = keep.iter();
     welded.triangles.retain(|_| *k.next().expect("one a triangle"));

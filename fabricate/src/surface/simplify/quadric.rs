@@ -35,4 +35,5 @@ impl Quadric {
 }
 
 /// Determinant of a form, of the cube of its trace, below which its lowest point is not looked for: it would lie far away.
+/// Chosen, not measured; points that are far away all the same are refused later.
 const FLAT_FORM: f64 = 1e-5;

@@ -18,7 +18,8 @@ pub struct TabChoice {
     pub shape: u8,
 }
 
-/// Corners of two placed facets closer than this are one point of the net, mm.
+/// Corners of two placed facets closer than this are one point of the net, mm: above the rounding of many moves, see [`Net::rebuild`],
+/// and as far as borders may overlap, [`crate::polygon::TOUCH`].
 const COINCIDENT: f64 = 1e-6;
 
 /// A net: a partition of the facets into pieces, each laid out flat.
