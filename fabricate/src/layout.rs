@@ -1,7 +1,8 @@
 //! Pieces onto pages: each turned so that it takes little room, on shelves from the largest to the smallest.
 
-use crate::polygon::{bounds, hull};
+use crate::polygon::bounds;
 use biscale::error::BadInput;
+use biscale::numerics::convex_hull::convex_hull;
 use glam::DVec2;
 
 /// Distance between pieces, mm: scissors need some, and so do the colours that reach over the outline by
@@ -50,7 +51,7 @@ fn turns(hull: &[DVec2]) -> Vec<Turn> {
 pub fn shelves(outlines: &[Vec<DVec2>], area: DVec2, roll: bool) -> Result<(Vec<PiecePlace>, usize), BadInput> {
     let mut chosen: Vec<(usize, Turn)> = Vec::new();
     for (k, outline) in outlines.iter().enumerate() {
-        let all = turns(&hull(outline.iter().copied()));
+        let all = turns(&convex_hull(outline.clone()));
         let fits = |t: &&Turn| t.size.x <= area.x + 1e-9 && (roll || t.size.y <= area.y + 1e-9);
         // Least area first; among equals the lower one, which fills shelves better.
         let best = all.iter().filter(fits).min_by(|a, b| {

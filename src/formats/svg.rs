@@ -138,13 +138,6 @@ impl Write for Escaping<'_> {
     }
 }
 
-/// A text as it stands in XML and HTML.
-pub fn escape(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    let _ = Escaping(&mut out).write_str(text);
-    out
-}
-
 /// A number with up to so many decimals, as short as possible; never `-0`.
 pub fn decimal(x: f64, decimals: usize) -> String {
     let text = format!("{x:.decimals$}");

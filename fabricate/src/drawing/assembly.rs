@@ -5,6 +5,7 @@ use crate::mesh::Mesh;
 use crate::paper::Paper;
 use crate::polygon::{area, bounds};
 use crate::unfold::{Pattern, Piece};
+use biscale::numerics::cast::truncate_u8;
 use glam::{DVec2, DVec3};
 
 /// Where the picture is seen from: degrees from x and above the horizon. Chosen by eye.
@@ -173,8 +174,7 @@ fn picture(page: &mut Page, mesh: &Mesh, pattern: &Pattern, [low, high]: [DVec2;
     for fragment in fragments(mesh, pattern, &view) {
         let points = fragment.corners.map(|c| view.on_page(view.project(c)));
         let shade = view.shade(mesh.facets[fragment.facet as usize].normal);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
-        let fill = hue(pattern.pieces[fragment.piece].name - 1).map(|c| (f64::from(c) * shade) as u8);
+        let fill = hue(pattern.pieces[fragment.piece].name - 1).map(|c| truncate_u8(f64::from(c) * shade));
         page.polygon(&points, fill);
         for j in (0..3).filter(|&j| fragment.border[j]) {
             page.line(Layer::Print, Style::Thin, &[points[j], points[(j + 1) % 3]], false);

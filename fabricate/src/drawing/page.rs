@@ -3,6 +3,7 @@
 //! y points up and the origin is the page's lower left corner; writers of formats with y down turn it.
 
 use biscale::formats::svg::decimal;
+use biscale::numerics::colour::srgb_byte;
 use glam::DVec2;
 
 /// What a mark is for; machines that cut read some layers and not others.
@@ -157,15 +158,9 @@ pub fn text_width(text: &str, size: f64) -> f64 {
     0.65 * size * text.chars().count() as f64
 }
 
-/// Linear light to an sRGB byte (IEC 61966-2-1).
+/// Linear light as sRGB bytes.
 pub fn srgb(linear: [f64; 3]) -> [u8; 3] {
-    linear.map(|x| {
-        let x = x.clamp(0.0, 1.0);
-        let encoded = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
-        let byte = (encoded * 255.0).round() as u8;
-        byte
-    })
+    linear.map(srgb_byte)
 }
 
 /// Decimals of coordinates, mm: a refolded surface adds up the rounding of many, and is compared to 1e-4 mm.

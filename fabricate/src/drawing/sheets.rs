@@ -13,6 +13,7 @@ use crate::mesh::Mesh;
 use crate::paper::Paper;
 use crate::unfold::{Pattern, Piece};
 use biscale::error::Result;
+use biscale::numerics::cast::{truncate_i32, truncate_u64};
 use glam::DVec2;
 use std::collections::BTreeMap;
 
@@ -113,8 +114,7 @@ fn rows(mesh: &Mesh, period: f64) -> BTreeMap<u32, String> {
     let mut first: BTreeMap<u64, (f64, f64, u32)> = BTreeMap::new();
     for (k, facet) in (0_u32..).zip(&mesh.facets) {
         let middle = facet.corners.iter().map(|&c| mesh.vertices[c as usize]).sum::<glam::DVec3>() / facet.corners.len() as f64;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some thousand periods")]
-        let row = ((middle.x - low) / period).floor() as u64;
+        let row = truncate_u64(((middle.x - low) / period).floor());
         let place = (middle.y, middle.x, k);
         let best = first.entry(row).or_insert(place);
         if (place.0, place.1) < (best.0, best.1) {
@@ -131,8 +131,7 @@ const FEW_FOLDS: usize = 40;
 
 /// The fold angles in whole degrees, mountains negative, each once.
 fn fold_kinds(pieces: &[Piece]) -> std::collections::BTreeSet<i32> {
-    #[expect(clippy::cast_possible_truncation, reason = "at most 180")]
-    let whole = |angle: f64| angle.to_degrees().round() as i32;
+    let whole = |angle: f64| truncate_i32(angle.to_degrees().round());
     pieces.iter().flat_map(|p| &p.folds).filter(|f| f.angle.abs() >= FLAT).map(|f| whole(f.angle)).collect()
 }
 

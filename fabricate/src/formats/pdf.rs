@@ -4,6 +4,7 @@ use super::svg::MARK;
 use super::svg_tree::{failed, fonts, tree};
 use crate::drawing::Page;
 use biscale::error::Result;
+use biscale::numerics::cast::narrow;
 use krilla::geom::Size;
 use krilla::metadata::Metadata;
 use krilla::page::PageSettings;
@@ -16,14 +17,13 @@ const POINTS: f64 = 72.0 / 25.4;
 ///
 /// # Errors
 /// [`biscale::error::Error::Numeric`] if it cannot be drawn, which is a fault of this program.
-#[expect(clippy::cast_possible_truncation, reason = "PDF holds 32-bit numbers")]
 pub fn pdf(pages: &[Page], title: &str) -> Result<Vec<u8>> {
     let fonts = fonts();
     let mut document = krilla::Document::new();
     document.set_metadata(Metadata::new().title(title.to_owned()).creator(MARK.to_owned()));
     for page in pages {
         let tree = tree(page, &fonts)?;
-        let (w, h) = ((page.size.x * POINTS) as f32, (page.size.y * POINTS) as f32);
+        let (w, h) = (narrow(page.size.x * POINTS), narrow(page.size.y * POINTS));
         let settings = PageSettings::from_wh(w, h).ok_or_else(|| failed(&"the page has no size"))?;
         let mut sheet = document.start_page_with(settings);
         let mut surface = sheet.surface();

@@ -4,6 +4,7 @@ use super::svg::MARK;
 use super::svg_tree::{failed, fonts, tree};
 use crate::drawing::Page;
 use biscale::error::Result;
+use biscale::numerics::cast::{narrow, truncate_u32};
 use resvg::tiny_skia::{Pixmap, Transform};
 
 /// A page as pixels, so many to the millimetre.
@@ -12,12 +13,10 @@ use resvg::tiny_skia::{Pixmap, Transform};
 /// [`biscale::error::Error::Numeric`] if it cannot be drawn.
 pub fn png(page: &Page, per_mm: f64) -> Result<Vec<u8>> {
     let tree = tree(page, &fonts())?;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some thousand pixels")]
-    let pixels = |mm: f64| (mm * per_mm).round() as u32;
+    let pixels = |mm: f64| truncate_u32((mm * per_mm).round());
     let mut canvas = Pixmap::new(pixels(page.size.x), pixels(page.size.y)).ok_or_else(|| failed(&"the page has no size"))?;
     canvas.fill(resvg::tiny_skia::Color::WHITE);
-    #[expect(clippy::cast_possible_truncation, reason = "a scale of a few")]
-    resvg::render(&tree, Transform::from_scale(per_mm as f32, per_mm as f32), &mut canvas.as_mut());
+    resvg::render(&tree, Transform::from_scale(narrow(per_mm), narrow(per_mm)), &mut canvas.as_mut());
     encode(&canvas)
 }
 

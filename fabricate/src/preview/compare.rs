@@ -12,6 +12,7 @@ use biscale::error::Result;
 use biscale::filter::{Control, Quality, effective};
 use biscale::geometry::weave::Weave;
 use biscale::material::SmallScale;
+use biscale::numerics::colour::luminance;
 use glam::DVec3;
 use serde::Serialize;
 
@@ -119,12 +120,11 @@ fn compare(
         let size = sum(&|k, c| b.values[k].fbar[c]);
         if size > 0.0 { (sum(&|k, c| a.values[k].fbar[c] - b.values[k].fbar[c]) / size).sqrt() } else { 0.0 }
     };
-    let luminance = |v: &[f64; 3]| 0.2126 * v[0] + 0.7152 * v[1] + 0.0722 * v[2];
     let along = ANGLES
         .iter()
         .filter_map(|&to| {
             let k = pairs.iter().position(|p| *p == pair(LIGHT, to))?;
-            let (a, b) = (luminance(&crafted.values[k].fbar), luminance(&plain.values[k].fbar));
+            let (a, b) = (luminance(crafted.values[k].fbar), luminance(plain.values[k].fbar));
             (b > 0.0).then_some((LIGHT, to, a / b))
         })
         .collect();

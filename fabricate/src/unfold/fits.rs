@@ -4,8 +4,9 @@ use super::net::Sheet;
 use super::tab_shapes::TabStyle;
 use crate::mesh::Mesh;
 use crate::paper::Paper;
-use crate::polygon::{bounds, hull};
+use crate::polygon::bounds;
 use biscale::error::BadInput;
+use biscale::numerics::convex_hull::convex_hull;
 use glam::DVec2;
 
 /// Longest piece on a roll, mm. Chosen, not measured: longer than a table.
@@ -24,7 +25,7 @@ pub fn room(paper: Paper, tabs: TabStyle) -> Sheet {
 /// The first facet that does not.
 pub(super) fn check_fit(mesh: &Mesh, sheet: Sheet) -> Result<(), BadInput> {
     for (k, facet) in mesh.facets.iter().enumerate() {
-        let around = hull(facet.flat.iter().copied());
+        let around = convex_hull(facet.flat.clone());
         let fits = (0..around.len()).any(|j| {
             let along = (around[(j + 1) % around.len()] - around[j]).normalize_or(DVec2::X);
             let span = |axis: DVec2| {

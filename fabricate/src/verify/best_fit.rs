@@ -1,6 +1,7 @@
 //! The rigid motion that brings points nearest to others.
 
-use glam::{DMat3, DVec3};
+use biscale::numerics::linear_algebra::largest_eigenvector;
+use glam::{DMat3, DQuat, DVec3};
 
 /// A rigid motion of space.
 #[derive(Clone, Copy, Debug)]
@@ -16,7 +17,8 @@ impl Motion {
 }
 
 /// The motion that brings the first points of the pairs nearest to the second ones in the sense of least squares (Horn 1987,
-/// "Closed-form solution of absolute orientation using unit quaternions"), by power iteration on Horn's matrix, shifted to be positive.
+/// "Closed-form solution of absolute orientation using unit quaternions"): its quaternion is the eigenvector of the largest eigenvalue of a
+/// matrix of products of coordinates. Points that are not finite are not turned.
 pub(super) fn best_fit(pairs: &[(DVec3, DVec3, (u32, usize))]) -> Motion {
     let n = pairs.len() as f64;
     let (p0, q0) = (pairs.iter().map(|x| x.0).sum::<DVec3>() / n, pairs.iter().map(|x| x.1).sum::<DVec3>() / n);
@@ -36,44 +38,10 @@ pub(super) fn best_fit(pairs: &[(DVec3, DVec3, (u32, usize))]) -> Motion {
         [zx - xz, xy + yx, yy - xx - zz, yz + zy],
         [xy - yx, zx + xz, yz + zy, zz - xx - yy],
     ];
-    let q = largest_eigenvector(matrix);
-    let turn = DMat3::from_quat(glam::DQuat::from_xyzw(q[1], q[2], q[3], q[0]).normalize());
+    let quaternion = match largest_eigenvector(matrix.as_flattened(), 4).as_deref() {
+        Some(&[w, x, y, z]) => DQuat::from_xyzw(x, y, z, w).normalize(),
+        _ => DQuat::IDENTITY,
+    };
+    let turn = DMat3::from_quat(quaternion);
     Motion { turn, shift: q0 - turn * p0 }
-}
-
-/// Eigenvector of the largest eigenvalue of a symmetric matrix, by Jacobi rotations.
-fn largest_eigenvector(mut a: [[f64; 4]; 4]) -> [f64; 4] {
-    let mut v = [[0.0; 4]; 4];
-    for (k, row) in v.iter_mut().enumerate() {
-        row[k] = 1.0;
-    }
-    for _ in 0..50 {
-        for p in 0..3 {
-            for q in p + 1..4 {
-                if a[p][q] == 0.0 {
-                    continue;
-                }
-                let theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
-                let t = theta.signum() / (theta.abs() + theta.hypot(1.0));
-                let (c, s) = (1.0 / t.hypot(1.0), t / t.hypot(1.0));
-                for k in 0..4 {
-                    let (x, y) = (a[k][p], a[k][q]);
-                    a[k][p] = c * x - s * y;
-                    a[k][q] = s * x + c * y;
-                }
-                for k in 0..4 {
-                    let (x, y) = (a[p][k], a[q][k]);
-                    a[p][k] = c * x - s * y;
-                    a[q][k] = s * x + c * y;
-                }
-                for row in &mut v {
-                    let (x, y) = (row[p], row[q]);
-                    row[p] = c * x - s * y;
-                    row[q] = s * x + c * y;
-                }
-            }
-        }
-    }
-    let best = (0..4).max_by(|&i, &j| a[i][i].total_cmp(&a[j][j])).expect("four of them");
-    v.map(|row| row[best])
 }

@@ -1,6 +1,7 @@
 //! The large object that the folded material is put on, and how many periods go around it.
 
 use biscale::error::BadInput;
+use biscale::numerics::cast::truncate_u32;
 use glam::DVec2;
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -109,8 +110,7 @@ impl Target {
         let extent = self.extent(thickness);
         let count = (extent / period).round().max(DVec2::ONE).min(DVec2::splat(10_000.0));
         let pitch = extent / count;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 10,000")]
-        let [around, along] = count.to_array().map(|n| n as u32);
+        let [around, along] = count.to_array().map(truncate_u32);
         WrapFit { around, along, pitch_mm: pitch.x, residual: pitch.x / period.x - 1.0, residual_along: pitch.y / period.y - 1.0 }
     }
 

@@ -5,8 +5,9 @@
 
 use super::goal::Goal;
 use crate::mesh::Triangles;
-use crate::polygon::{area, hull};
+use crate::polygon::area;
 use biscale::error::BadInput;
+use biscale::numerics::convex_hull::convex_hull;
 use glam::{DVec2, DVec3};
 use spade::{DelaunayTriangulation, FloatTriangulation, HasPosition, Point2, Triangulation};
 
@@ -62,7 +63,7 @@ impl<'s> Field<'s> {
             0.5 * (b - a).perp_dot(c - a)
         };
         let covered: f64 = soup.triangles.iter().map(projected).sum();
-        let hull = hull(nodes.iter().map(|n| n.at.truncate()));
+        let hull = convex_hull(nodes.iter().map(|n| n.at.truncate()).collect());
         let hull_area = area(&hull);
         ((hull_area - covered).abs() <= 1e-3 * hull_area).then_some(Self { soup, nodes, hull })
     }
