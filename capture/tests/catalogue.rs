@@ -357,7 +357,7 @@ fn what_close_ups_show_and_what_they_do_not() {
     let found = seen(&|_| [0.6; 3], &plain, &none);
     assert_code(&found, "NO_PERIOD", Severity::Fail);
     assert!(!found.usable && found.material.is_none());
-    let other = RunOptions { draft: Some(biscale::geometry::weave::draft::Draft::shifted(4, 1, 2)), ..RunOptions::default() };
+    let other = RunOptions { draft: Some(biscale::geometry::weave::Draft::shifted(4, 1, 2)), ..RunOptions::default() };
     assert_code(&seen(&woven(1.5), &plain, &other), "AMBIGUOUS_WEAVE", Severity::Warn);
 }
 

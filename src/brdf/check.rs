@@ -1,6 +1,7 @@
 //! What a user should know about a small-scale BRDF before trusting it: energy, reciprocity, origin.
 
-use super::{Brdf, Colour};
+use super::facet::Colour;
+use super::models::Brdf;
 use crate::numerics::low_discrepancy::{fraction, sobol_3d};
 use glam::DVec3;
 

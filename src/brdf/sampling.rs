@@ -8,8 +8,9 @@
 //!
 //! [`Measured::lobe_alpha`]: super::Measured::lobe_alpha
 
+use super::facet::{Colour, half_vector};
 use super::microfacet::{Distribution, HalfAngle};
-use super::{Brdf, Colour, half_vector};
+use super::models::Brdf;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 

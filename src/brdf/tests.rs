@@ -1,8 +1,10 @@
 //! Small-scale BRDFs against closed forms, and how they are read.
 
-use super::*;
+use super::{Brdf, Distribution, LANES, Measured, fit_names, markdown};
 use crate::toml_reader::{Source, TableReader};
+use glam::DVec3;
 use proptest::prelude::*;
+use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
 /// Unit direction by polar angle and azimuth, radians.
@@ -254,7 +256,7 @@ fn a_measured_file_is_found_beside_the_material_file_and_its_mistakes_are_named(
 #[test]
 fn the_documentation_has_every_parameter_and_every_fit() {
     let docs = include_str!("../../docs/brdf.md");
-    let generated = params::markdown();
+    let generated = markdown();
     assert!(docs.contains(&generated), "docs/brdf.md lacks this text:\n{generated}");
     let names = fit_names().collect::<Vec<_>>().join(", ");
     assert!(docs.contains(&names), "docs/brdf.md lacks this line:\n{names}");

@@ -1,6 +1,6 @@
 //! Putting a tile together triangle by triangle.
 
-use super::Tile;
+use super::tile::Tile;
 use crate::error::{BadInput, Result};
 use glam::{DVec2, DVec3};
 

@@ -1,6 +1,6 @@
 //! What every tile must be before anything is computed with it.
 
-use super::Tile;
+use super::tile::Tile;
 use crate::error::BadInput;
 use glam::DVec3;
 use rustc_hash::{FxBuildHasher, FxHashMap};

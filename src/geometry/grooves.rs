@@ -4,9 +4,9 @@
 //! edge at x = 0, the flat-bottomed profile has its top on `0..top_width`. The surface is the same at every y; the period in y
 //! is that in x.
 
-use super::Tile;
 use super::builder::TileBuilder;
 use super::params::{Param, Unit, choice, derived, number, scaled};
+use super::tile::Tile;
 use super::values::GeometryValues;
 use crate::error::Result;
 use crate::toml_reader::range;

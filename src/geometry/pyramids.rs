@@ -4,9 +4,9 @@
 //! leave ground in the corners. The cell is then stretched along y by `1 / ratio`. `side-1` is the side over the lowest edge
 //! (it faces -y); the others follow counter-clockwise. The base lies at z = 0; a negative height makes pits.
 
-use super::Tile;
 use super::builder::TileBuilder;
 use super::params::{Param, Unit, Value, number, scaled, whole};
+use super::tile::Tile;
 use super::values::GeometryValues;
 use crate::error::Result;
 use crate::toml_reader::range;

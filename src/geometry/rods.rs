@@ -3,9 +3,9 @@
 //! Rods are prisms on a regular polygon with flat caps; they may reach over the edge of the cell. The ground lies at z = 0. A
 //! rod's foot is sunk just so far that none of it shows.
 
-use super::Tile;
 use super::builder::TileBuilder;
 use super::params::{Param, Unit, number, scaled, whole};
+use super::tile::Tile;
 use super::values::GeometryValues;
 use crate::error::Result;
 use crate::numerics::random::Random;

@@ -1,6 +1,6 @@
 //! What `biscale new KIND` writes: a material file with every parameter, its unit, range, default and help.
 
-use super::describe;
+use super::kinds::describe;
 use std::fmt::Write as _;
 
 /// Colours of the parts in a template, linear RGB; they repeat.

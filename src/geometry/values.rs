@@ -1,7 +1,7 @@
 //! The values of one `[geometry]` table: read and checked one by one, then asked for by key, and set without a file.
 //!
 //! A [`GeometryValues`] holds what the file gives, each value of the right type and within its range. Defaults and the comparison of values with
-//! each other are left to the kinds, which build their recipe from it ([`super::Geometry::of`]). A search that changes numbers sets them
+//! each other are left to the kinds, which build their recipe from it ([`super::kinds::Geometry::of`]). A search that changes numbers sets them
 //! here and builds the recipe again: no text is printed or parsed.
 
 use super::params::{Fallback, Param, Value};
@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 /// that build every template run through all of them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GeometryValues {
-    /// The kind, one of [`super::KINDS`].
+    /// The kind, one of [`super::kinds::KINDS`].
     pub kind: &'static str,
     params: &'static [Param],
     given: Vec<Given>,
@@ -92,7 +92,7 @@ impl GeometryValues {
     /// Sets a number, whether the table gives it or not.
     ///
     /// # Errors
-    /// A value out of range. Values that contradict each other are found by [`super::Geometry::of`].
+    /// A value out of range. Values that contradict each other are found by [`super::kinds::Geometry::of`].
     pub fn set_number(&mut self, key: &'static str, value: f64) -> Result<(), BadInput> {
         let Value::Number { range, .. } = self.param(key).value else { unreachable!("`{key}` is not a number") };
         range.check(&[value])?;

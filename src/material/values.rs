@@ -4,7 +4,8 @@
 //! file that the material names is read again. What a file would be refused for, a set value is refused for as well: its range when it is
 //! set, and what values contradict each other when the material is made.
 
-use super::{Material, Surface, TINT, Tint};
+use super::recipe::Material;
+use super::surface::{Surface, TINT, Tint};
 use crate::error::{BadInput, Result};
 use crate::geometry::{Geometry, GeometryValues};
 use crate::toml_reader::suggest;
@@ -17,7 +18,7 @@ pub struct MaterialValues {
     pub file: PathBuf,
     /// The name that the file gives, or the file's own.
     pub name: String,
-    /// Unit of all lengths, one of [`super::UNITS`], and its size in millimetres.
+    /// Unit of all lengths, one of [`super::recipe::UNITS`], and its size in millimetres.
     pub unit: (&'static str, f64),
     /// The `[geometry]` table.
     pub geometry: GeometryValues,

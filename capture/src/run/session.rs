@@ -9,7 +9,7 @@ use crate::report::Report;
 use crate::shoot::Shoot;
 use biscale::error::Result;
 use biscale::filter::Control;
-use biscale::geometry::weave::draft::Draft;
+use biscale::geometry::weave::Draft;
 use std::collections::BTreeMap;
 use std::path::Path;
 

@@ -4,7 +4,7 @@ use super::class::Class;
 use super::finding::Finding;
 use super::measured::Measured;
 use super::relief::Relief;
-use biscale::geometry::weave::draft::Draft;
+use biscale::geometry::weave::Draft;
 use serde::Serialize;
 
 /// What is known of the threads of one direction. Lengths are in the unit of the [`Analysis`].

@@ -1,7 +1,7 @@
 //! The names of drafts.
 
 use super::grid::gcd;
-use biscale::geometry::weave::draft::Draft;
+use biscale::geometry::weave::Draft;
 use serde::Serialize;
 use std::fmt;
 

@@ -8,7 +8,7 @@ use super::grid::Grid;
 use super::hole::{self, Hole};
 use super::orientation::Edges;
 use super::scale::Scale;
-use biscale::geometry::weave::draft::Draft;
+use biscale::geometry::weave::Draft;
 
 /// A cloth that explains a photograph.
 pub(super) struct Cloth {

@@ -3,7 +3,7 @@
 use super::class::Class;
 use super::grid::Repeat;
 use super::model::{ClothShape, ModelFit};
-use biscale::geometry::weave::draft::Draft;
+use biscale::geometry::weave::Draft;
 
 /// A draft with the shape that fits it best.
 #[derive(Clone, Debug)]

@@ -6,7 +6,7 @@ use super::gaps::Gaps;
 use super::grid::Repeat;
 use super::model::{ClothShape, ModelFit, Table};
 use super::shape_fit::{refine, sharpen};
-use biscale::geometry::weave::draft::Draft;
+use biscale::geometry::weave::Draft;
 use rayon::prelude::*;
 
 /// How many drafts are tried, and where their shapes begin. Chosen on drawn cloths (see [`super`]): more of each costs time in proportion, fewer lose drafts

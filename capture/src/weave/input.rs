@@ -1,7 +1,7 @@
 //! What an analysis takes: a rectified photograph, and what is known of its weave beforehand.
 
 use biscale::error::{BadInput, Result};
-use biscale::geometry::weave::draft::Draft;
+use biscale::geometry::weave::Draft;
 
 /// A linear photograph, rectified so that the sample's plane is seen straight from above.
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +18,7 @@ pub struct RectifiedPhoto<'a> {
     pub mm_per_pixel: Option<f64>,
 }
 
-/// What the caller knows already. A draft comes from `biscale::geometry::weave::wif::read` or `Draft::from_fn`.
+/// What the caller knows already. A draft comes from `biscale::geometry::weave::read_wif` or `Draft::from_fn`.
 #[derive(Clone, Debug, Default)]
 pub struct WeaveOptions {
     /// The draft, if it is known: only its place and its threads are measured.

@@ -8,7 +8,7 @@ use super::input::RectifiedPhoto;
 use super::measured::Measured;
 use super::scale::Scale;
 use super::{autocorrelation, colour};
-use biscale::geometry::weave::draft::Draft;
+use biscale::geometry::weave::Draft;
 use glam::{DMat2, DVec2};
 
 /// How the colours of threads are told. Chosen, not measured.

@@ -4,7 +4,7 @@
 mod catalogue;
 mod cloth;
 
-use biscale::geometry::weave::draft::Draft;
+use biscale::geometry::weave::Draft;
 use biscale_capture::weave::{
     Analysis, Class, FindingCode, MaterialGuesses, Profile, RectifiedPhoto, TwillDirection, WeaveOptions, analyse,
 };

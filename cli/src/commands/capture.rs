@@ -2,7 +2,7 @@
 
 use crate::common::options::CommonArgs;
 use biscale::error::Result;
-use biscale::geometry::weave::draft::Draft;
+use biscale::geometry::weave::Draft;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -97,7 +97,7 @@ pub fn run(args: &CaptureArgs, common: &CommonArgs) -> Result<u8> {
     let folder = OutputFolder::new(&args.output, args.force, made_here)?;
     let shoot = Shoot::parse(&Source::read(&args.shoot)?)?;
     let draft = match &args.wif {
-        Some(file) => Some(biscale::geometry::weave::wif::read(file, false)?.draft),
+        Some(file) => Some(biscale::geometry::weave::read_wif(file, false)?.draft),
         None => args.weave.clone(),
     };
     let options = RunOptions { assume_srgb: args.assume_srgb, draft, threads: common.threads };

@@ -1,6 +1,8 @@
-//! What is done to heights before they are a surface: a plane removed, averaged to fewer nodes, made periodic.
+//! What is done to heights before they are a surface: a plane removed, averaged to fewer nodes, made periodic; and the tile of
+//! what is left.
 
-use glam::DVec2;
+use super::super::tile::{HeightGrid, Tile};
+use glam::{DVec2, DVec3};
 
 /// Heights on a regular grid, row 0 at y = 0. Node `(i, j)` stands for the rectangle of one pixel.
 #[derive(Clone, Debug, PartialEq)]
@@ -145,6 +147,37 @@ fn largest_and_rms(differences: impl Iterator<Item = f64>) -> (f64, f64) {
         count += 1.0;
     }
     (largest, if count > 0.0 { (squares / count).sqrt() } else { 0.0 })
+}
+
+impl Grid {
+    /// Two triangles a cell, cut from node `(i, j)` to `(i + 1, j + 1)`.
+    pub fn into_tile(self, notes: Vec<String>) -> Tile {
+        let Self { columns, rows, heights, period } = self;
+        let step = period / DVec2::new(columns as f64, rows as f64);
+        let mut vertices = Vec::with_capacity((columns + 1) * (rows + 1));
+        for j in 0..=rows {
+            for i in 0..=columns {
+                // The last node lies exactly one period after the first.
+                let x = if i == columns { period.x } else { i as f64 * step.x };
+                let y = if j == rows { period.y } else { j as f64 * step.y };
+                vertices.push(DVec3::new(x, y, heights[(j % rows) * columns + i % columns]));
+            }
+        }
+        let (mut triangles, mut uv) = (Vec::with_capacity(2 * columns * rows), Vec::with_capacity(2 * columns * rows));
+        let share = |i: usize, j: usize| DVec2::new(i as f64 / columns as f64, j as f64 / rows as f64);
+        let node = |i: usize, j: usize| u32::try_from(j * (columns + 1) + i).expect("MAX_TRIANGLES keeps the number of nodes below 2^32");
+        for j in 0..rows {
+            for i in 0..columns {
+                for corners in [[(i, j), (i + 1, j), (i + 1, j + 1)], [(i, j), (i + 1, j + 1), (i, j + 1)]] {
+                    triangles.push(corners.map(|(i, j)| node(i, j)));
+                    uv.push(corners.map(|(i, j)| share(i, j)));
+                }
+            }
+        }
+        let part_of_triangle = vec![0; triangles.len()];
+        let grid = Some(HeightGrid { columns, rows, heights });
+        Tile { vertices, triangles, part_of_triangle, parts: vec!["surface".into()], uv: Some(uv), period, grid, notes }
+    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Wavefront OBJ: vertices, texture coordinates, faces; `usemtl` names the part where there is one, else `g`.
 
-use super::{NAMELESS, Soup, finite};
+use super::soup::{NAMELESS, Soup, finite};
 use crate::error::BadInput;
 use glam::{DVec2, DVec3};
 

@@ -1,7 +1,7 @@
 //! PLY (Stanford polygon format), text and binary of both byte orders. The one part is `default`; texture coordinates are taken
 //! from the vertices (`s t`, `u v` or `texture_u texture_v`), everything else is skipped.
 
-use super::{NAMELESS, Soup, finite};
+use super::soup::{NAMELESS, Soup, finite};
 use crate::error::BadInput;
 use glam::{DVec2, DVec3};
 

@@ -1,6 +1,6 @@
 //! STL, text or binary. The one part is `default`; normals and attribute bytes are not used.
 
-use super::{NAMELESS, Soup, finite};
+use super::soup::{NAMELESS, Soup, finite};
 use crate::error::BadInput;
 use glam::DVec3;
 

@@ -1,7 +1,7 @@
 //! Height fields: grid and triangles agree, files of every kind, scans made periodic; tint images over them.
 
 use super::*;
-use crate::geometry::height_field::tmd::{self, HeightMap};
+use crate::geometry::height_field::{HeightMap, write_tmd};
 use crate::material::Tint;
 
 /// A folder with `h.png`: 8-bit, 4 x 3, columns 0, 51, 102, 153, plus 20 in the lowest row.
@@ -45,7 +45,7 @@ fn width_scales_the_whole_file_and_units_scale_a_scan() {
     let tile = build_in(folder.path(), "kind = \"height-field\"\nfile = \"h.png\"\nwidth = 8.0\nheight = 1.0").unwrap().tile;
     assert_eq!(tile.period, DVec2::new(8.0, 6.0));
     let map = HeightMap { columns: 4, rows: 2, size: [2.0, 1.0], heights: (0..8).map(|k| f64::from(k) * 0.125).collect() };
-    std::fs::write(folder.path().join("s.tmd"), tmd::write(&map)).unwrap();
+    std::fs::write(folder.path().join("s.tmd"), write_tmd(&map)).unwrap();
     for (unit, factor) in [("mm", 1.0), ("um", 1e3)] {
         let text = format!(
             "format = 1\nunit = \"{unit}\"\n[geometry]\nkind = \"height-field\"\nfile = \"s.tmd\"\n[[surface]]\npart = \"surface\"\nbrdf = {{ model = \"lambert\", albedo = 0.5 }}\n"

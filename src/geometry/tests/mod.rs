@@ -5,9 +5,11 @@ mod height_field;
 mod procedural;
 mod weave;
 
-use super::*;
+use super::{Geometry, KINDS, Tile, describe, params, template};
+use crate::error::Result;
 use crate::material::{Material, SmallScale};
 use crate::toml_reader::Source;
+use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 use std::path::Path;
 

@@ -1,10 +1,9 @@
 //! Measured BRDFs against independent programs and against tables whose values are known.
 
-use super::super::Brdf;
-use super::super::tests::{above, sample_file};
-use super::half_angle::Halfway;
 use super::*;
 use crate::Error;
+use crate::brdf::tests::{above, sample_file};
+use crate::brdf::{Brdf, fit_names};
 use crate::formats::test_files::RglFile;
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};

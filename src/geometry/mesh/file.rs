@@ -1,0 +1,156 @@
+//! Mesh files by the endings of their names: .obj, .ply, .stl.
+
+use super::super::tile::Tile;
+use super::soup::Soup;
+use super::{obj, ply, stl};
+use crate::error::{BadInput, Error, Result};
+use glam::{DVec2, DVec3};
+use std::path::Path;
+
+/// Triangles of a mesh file as they stand there: not cleaned, no period.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlainMesh {
+    /// Positions in the file's own lengths, finite.
+    pub vertices: Vec<DVec3>,
+    /// Places in `vertices`.
+    pub triangles: Vec<[u32; 3]>,
+    /// For each triangle its place in `parts`.
+    pub part_of_triangle: Vec<u16>,
+    /// Names of the parts.
+    pub parts: Vec<String>,
+    /// What the user should know.
+    pub notes: Vec<String>,
+}
+
+/// Reads a mesh file (.obj, .ply, .stl) for what needs it as it is: a folding pattern names mistakes that [`Tile::clean`] repairs.
+///
+/// # Errors
+/// Bad input with the file's name and, for text, the line.
+pub fn read_plain(file: &Path) -> Result<PlainMesh> {
+    let bytes = std::fs::read(file).map_err(|e| Error::reading(file, e))?;
+    let Soup { vertices, triangles, part_of_triangle, parts, notes, .. } = parse(file, &bytes).map_err(|bad| bad.in_file(file))?;
+    Ok(PlainMesh { vertices, triangles, part_of_triangle, parts, notes })
+}
+
+/// Reads a mesh as a tile of this period, in the file's lengths, and scales it.
+pub(crate) fn load(file: &Path, period: DVec2, scale: f64) -> Result<Tile> {
+    let bytes = std::fs::read(file).map_err(|e| Error::reading(file, e))?;
+    let soup = parse(file, &bytes).map_err(|bad| bad.in_file(file))?;
+    let tile = soup.into_tile(period, scale).map_err(|bad| bad.in_file(file))?;
+    Ok(tile)
+}
+
+/// Reads a mesh by the ending of its file's name.
+fn parse(path: &Path, bytes: &[u8]) -> Result<Soup, BadInput> {
+    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    match &*ending {
+        "obj" => obj::parse(bytes),
+        "ply" => ply::parse(bytes),
+        "stl" => stl::parse(bytes),
+        _ => Err(BadInput::new(format!("the ending \"{ending}\" is not known for a mesh"), "use .obj, .ply or .stl")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const OBJ: &str =
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvn 0 0 1\nusemtl a\nf 1/1/1 2/2/1 3/3/1\nf -4//1 -2//1 -1//1\n";
+    const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n\
+                       property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    const STL: &str = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid s\n";
+
+    /// A binary PLY of one triangle.
+    fn binary_ply() -> Vec<u8> {
+        let mut bytes = PLY[..PLY.find("0 0 0").unwrap()].replace("ascii", "binary_little_endian").into_bytes();
+        for value in [0_f32, 0., 0., 1., 0., 0., 0., 1., 0.] {
+            bytes.extend(value.to_le_bytes());
+        }
+        bytes.push(3);
+        for index in [0_i32, 1, 2] {
+            bytes.extend(index.to_le_bytes());
+        }
+        bytes
+    }
+
+    /// A binary STL of one triangle.
+    fn binary_stl() -> Vec<u8> {
+        let mut bytes = vec![0_u8; 80];
+        bytes.extend(1_u32.to_le_bytes());
+        for value in [0_f32, 0., 1., 0., 0., 0., 1., 0., 0., 0., 1., 0.] {
+            bytes.extend(value.to_le_bytes());
+        }
+        bytes.extend([0, 0]);
+        bytes
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 2_000, failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn no_reader_panics_on_random_bytes(bytes in prop::collection::vec(any::<u8>(), 0..400), header in 0_usize..3) {
+            let heads: [&[u8]; 3] = [b"", b"ply\nformat binary_big_endian 1.0\n", b"solid "];
+            let bytes = [heads[header], &bytes].concat();
+            for name in ["a.obj", "a.ply", "a.stl"] {
+                let _ = parse(Path::new(name), &bytes).and_then(|soup| soup.into_tile(DVec2::ONE, 1.0));
+            }
+        }
+
+        #[test]
+        fn no_reader_panics_on_damaged_files(
+            which in 0_usize..5,
+            damage in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..4),
+            cut in any::<prop::sample::Index>(),
+            whole in any::<bool>(),
+        ) {
+            let (name, mut bytes) = [
+                ("a.obj", OBJ.as_bytes().to_vec()),
+                ("a.ply", PLY.as_bytes().to_vec()),
+                ("a.stl", STL.as_bytes().to_vec()),
+                ("a.ply", binary_ply()),
+                ("a.stl", binary_stl()),
+            ][which].clone();
+            for (place, byte) in damage {
+                let place = place.index(bytes.len());
+                bytes[place] = byte;
+            }
+            if !whole {
+                bytes.truncate(cut.index(bytes.len()));
+            }
+            let _ = parse(Path::new(name), &bytes).and_then(|soup| soup.into_tile(DVec2::ONE, 1.0));
+        }
+    }
+
+    #[test]
+    fn the_same_triangle_comes_out_of_every_format() {
+        let files: [(&str, Vec<u8>); 5] = [
+            ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_vec()),
+            ("a.ply", PLY.into()),
+            ("a.stl", STL.into()),
+            ("b.PLY", binary_ply()),
+            ("b.STL", binary_stl()),
+        ];
+        for (name, bytes) in files {
+            let tile = parse(Path::new(name), &bytes).unwrap().into_tile(DVec2::ONE, 2.0).unwrap();
+            assert_eq!(tile.vertices, [DVec3::ZERO, DVec3::new(2.0, 0.0, 0.0), DVec3::new(0.0, 2.0, 0.0)], "{name}");
+            assert_eq!(
+                (tile.triangles, tile.parts, tile.period),
+                (vec![[0, 1, 2]], vec!["default".to_owned()], DVec2::splat(2.0)),
+                "{name}"
+            );
+        }
+    }
+
+    #[test]
+    fn texture_coordinates_are_kept_only_if_every_triangle_has_them() {
+        let partly = parse(Path::new("a.obj"), OBJ.as_bytes()).unwrap().into_tile(DVec2::ONE, 1.0).unwrap();
+        assert_eq!(partly.uv, None);
+        assert!(partly.notes.iter().any(|n| n.contains("1 of 2 triangles have none")), "{:?}", partly.notes);
+        assert!(partly.notes.iter().any(|n| n.contains("own normals are not used")), "{:?}", partly.notes);
+        let fully = OBJ.replace("f -4//1 -2//1 -1//1\n", "");
+        let fully = parse(Path::new("a.obj"), fully.as_bytes()).unwrap().into_tile(DVec2::ONE, 1.0).unwrap();
+        assert_eq!(fully.uv, Some(vec![[DVec2::ZERO, DVec2::X, DVec2::ONE]]));
+    }
+}

@@ -1,0 +1,55 @@
+//! Images of colour weights.
+
+use super::raster::Raster;
+use super::read::read;
+use crate::error::{BadInput, Result};
+use glam::DVec2;
+use std::path::Path;
+
+/// An image of colour weights, linear RGB, row 0 at v = 0 (the image's bottom row).
+#[derive(Clone, Debug)]
+pub struct TintImage {
+    /// Pixels across.
+    pub width: usize,
+    /// Pixels up.
+    pub height: usize,
+    /// `height` rows of `width` linear RGB values in 0..=1.
+    pub pixels: Vec<[f32; 3]>,
+}
+
+impl TintImage {
+    /// The pixel that holds `uv`, both wrapped into the unit square.
+    pub fn lookup(&self, uv: DVec2) -> [f32; 3] {
+        let wrapped = uv - uv.floor();
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "wrapped into the image")]
+        let pixel = |x: f64, size: usize| ((x * size as f64) as usize).min(size - 1);
+        self.pixels[pixel(wrapped.y, self.height) * self.width + pixel(wrapped.x, self.width)]
+    }
+}
+
+/// Linear value of an sRGB-encoded one, both in 0..1 (IEC 61966-2-1).
+pub fn srgb_to_linear(encoded: f64) -> f64 {
+    if encoded <= 0.040_45 { encoded / 12.92 } else { libm::pow((encoded + 0.055) / 1.055, 2.4) }
+}
+
+/// Reads colour weights: whole numbers are sRGB-encoded, floats linear. All must lie in 0..1.
+///
+/// # Errors
+/// As [`read`]; and a value outside 0..1, with its pixel.
+pub fn read_tint(path: &Path) -> Result<TintImage> {
+    let Raster { width, height, channels, integer } = read(path)?;
+    let mut pixels = Vec::with_capacity(width * height);
+    // Row 0 of a tint lies at v = 0, which is the bottom of the image.
+    for row in (0..height).rev() {
+        for column in 0..width {
+            let pixel: [f32; 3] = std::array::from_fn(|c| channels[c.min(channels.len() - 1)][row * width + column]);
+            if let Some(bad) = pixel.iter().find(|v| !(0.0..=1.0).contains(*v)) {
+                let problem = format!("the colour weight {bad} in column {column}, row {row} is out of range");
+                return Err(BadInput::new(problem, "scale the image to 0..1").in_file(path).into());
+            }
+            #[expect(clippy::cast_possible_truncation, reason = "colour weights are f32")]
+            pixels.push(if integer { pixel.map(|v| srgb_to_linear(v.into()) as f32) } else { pixel });
+        }
+    }
+    Ok(TintImage { width, height, pixels })
+}

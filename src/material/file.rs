@@ -1,0 +1,45 @@
+//! Reading a material file.
+
+use super::recipe::{Material, UNITS};
+use super::surface::Surface;
+use super::values::MaterialValues;
+use crate::error::Result;
+use crate::geometry::Geometry;
+use crate::toml_reader::{Source, TableReader};
+use std::path::Path;
+
+impl Material {
+    /// Reads and checks a material file.
+    pub fn load(path: &Path) -> Result<Self> {
+        Self::parse(&Source::read(path)?)
+    }
+
+    /// Checks the text of a material file; paths in it are relative to `source.path`.
+    pub fn parse(source: &Source) -> Result<Self> {
+        MaterialValues::parse(source)?.material()
+    }
+}
+
+impl MaterialValues {
+    /// Checks the text of a material file, each value by itself; paths in it are relative to `source.path`.
+    ///
+    /// # Errors
+    /// Bad input, by line and field; those of the files that surfaces name.
+    pub fn parse(source: &Source) -> Result<Self> {
+        let root = source.parse()?;
+        let top = TableReader::new(source, "", root.get_ref(), 0);
+        let name = top.head()?;
+        let unit = UNITS[top.choice("unit", &UNITS.map(|(unit, _)| unit))?.unwrap_or(2)];
+        let Some(table) = top.table("geometry")? else {
+            return Err(top.error("there is no [geometry] table", "add one with `kind = ...`; `biscale new` writes an example"));
+        };
+        let geometry = Geometry::values(table)?;
+        let tables = top.tables("surface")?;
+        if tables.is_empty() {
+            return Err(top.error("there is no [[surface]] table", "add one with `part = \"*\"` and a `brdf`"));
+        }
+        let surfaces = tables.into_iter().map(Surface::read).collect::<Result<Vec<_>>>()?;
+        top.finish()?;
+        Ok(Self { file: source.path.clone(), name, unit, geometry, surfaces })
+    }
+}

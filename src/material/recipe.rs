@@ -1,0 +1,79 @@
+//! A material: the recipe of its geometry and what covers the parts; and the surface that is built of it.
+
+use super::small_scale::SmallScale;
+use super::surface::{Surface, Tint};
+use crate::error::{BadInput, Result};
+use crate::geometry::Geometry;
+use crate::toml_reader::suggest;
+use std::path::PathBuf;
+
+/// Length units of a material file, with their size in millimetres.
+pub const UNITS: [(&str, f64); 5] = [("nm", 1e-6), ("um", 1e-3), ("mm", 1.0), ("cm", 10.0), ("m", 1e3)];
+
+/// A material file, read and checked, its geometry not yet built.
+#[derive(Clone, Debug)]
+pub struct Material {
+    /// The file it came from.
+    pub file: PathBuf,
+    /// The name that the file gives, or the file's own.
+    pub name: String,
+    /// Unit of all lengths, one of [`UNITS`].
+    pub unit: &'static str,
+    /// The recipe of the small-scale geometry.
+    pub geometry: Geometry,
+    /// What covers the parts, in the order of the file.
+    pub surfaces: Vec<Surface>,
+}
+
+impl Material {
+    /// Builds the geometry and assigns a surface to each of its parts.
+    ///
+    /// # Errors
+    /// A surface that names a part the geometry lacks, two surfaces for one part, and a part that no surface covers.
+    pub fn build(&self) -> Result<SmallScale> {
+        let tile = self.geometry.build()?;
+        let names: Vec<&str> = tile.parts.iter().map(String::as_str).collect();
+        let at = |surface: &Surface, bad: BadInput| bad.in_file(&self.file).at_line(surface.line).at_field("surface.part");
+        let mut surface_of_part: Vec<Option<u16>> = vec![None; names.len()];
+        let mut rest: Option<u16> = None;
+        for (index, surface) in (0_u16..).zip(&self.surfaces) {
+            let slot = if surface.part == "*" {
+                &mut rest
+            } else if let Some(part) = names.iter().position(|&n| n == surface.part) {
+                &mut surface_of_part[part]
+            } else {
+                let bad = BadInput::new(format!("the geometry has no part \"{}\"", surface.part), suggest(&surface.part, &names));
+                return Err(at(surface, bad).into());
+            };
+            if slot.replace(index).is_some() {
+                let bad = BadInput::new(format!("part \"{}\" is covered twice", surface.part), "keep one [[surface]] for each part");
+                return Err(at(surface, bad).into());
+            }
+        }
+        let mut has_triangles = vec![false; names.len()];
+        for &part in &tile.part_of_triangle {
+            has_triangles[usize::from(part)] = true;
+        }
+        for ((slot, name), used) in surface_of_part.iter_mut().zip(&names).zip(has_triangles) {
+            *slot = slot.or(rest);
+            // A part without triangles (the tops of grooves whose ridges are sharp) may be covered, but need not be.
+            if slot.is_none() && used {
+                let bad = BadInput::new(
+                    format!("no surface covers part \"{name}\""),
+                    format!("add a [[surface]] with `part = \"{name}\"` or `part = \"*\"`"),
+                );
+                return Err(bad.in_file(&self.file).at_field("surface").into());
+            }
+        }
+        let surface_of_triangle =
+            tile.part_of_triangle.iter().map(|&p| surface_of_part[usize::from(p)].expect("every part with triangles is covered")).collect();
+        let covered = SmallScale { tile, surfaces: self.surfaces.clone(), surface_of_triangle };
+        for surface in &self.surfaces {
+            if matches!(surface.tint, Tint::Image(_)) && covered.tile.uv.is_none() {
+                let bad = BadInput::new("this geometry has no uv coordinates for an image", "write three numbers");
+                return Err(bad.in_file(&self.file).at_line(surface.line).at_field("surface.tint").into());
+            }
+        }
+        Ok(covered)
+    }
+}
