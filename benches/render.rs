@@ -12,11 +12,7 @@
 mod common;
 
 use biscale::filter::Quality;
-use biscale::render::demand::{Plan, Table};
-use biscale::render::scene::Scene;
-use biscale::render::shade::{Frame, colours, touched};
-use biscale::render::world::World;
-use biscale::render::{gather, gather_all, render};
+use biscale::render::{Frame, QueryPlan, QueryTable, Scene, World, colours, gather_all, lights, render, touched};
 use biscale::table::HemisphereGrid;
 use std::path::PathBuf;
 
@@ -42,25 +38,25 @@ fn main() {
         let quality = Quality { tolerance, ..Quality::default() };
         common::with_control(|control| {
             let world = World::new(&scene, control).unwrap();
-            let lights = gather::lights(&scene, quality.seed);
+            let lights = lights(&scene, quality.seed);
             let (view, gathering) = common::measure(|| gather_all(&world, &lights, quality.seed, control).unwrap());
             let made = render(&scene, &quality, control).unwrap().materials;
             let probes = |m: usize| {
                 let of = view.lit_points().filter(move |(p, _)| p.material as usize == m);
                 let all: Vec<_> = of.flat_map(|(p, lit)| view.lit[lit].iter().map(|l| (l.wi, p.wo))).collect();
-                all.iter().step_by((all.len() / biscale::render::demand::PROBES).max(1)).copied().collect::<Vec<_>>()
+                all.iter().step_by((all.len() / biscale::render::PROBES).max(1)).copied().collect::<Vec<_>>()
             };
             let small = |m: usize| &scene.materials[m].small;
-            let plans: Vec<Option<Plan>> = (0..scene.materials.len())
+            let plans: Vec<Option<QueryPlan>> = (0..scene.materials.len())
                 .map(|m| {
                     Some(probes(m))
                         .filter(|p| !p.is_empty())
-                        .map(|p| Plan::find(small(m), world.coverage[m].is_opaque(), &p, &quality, control).unwrap())
+                        .map(|p| QueryPlan::find(small(m), world.opacity[m].is_opaque(), &p, &quality, control).unwrap())
                 })
                 .collect();
             let grids: Vec<Option<HemisphereGrid>> = plans.iter().map(|p| p.as_ref().map(|p| HemisphereGrid::new(p.rings))).collect();
             let keys = touched(&view, &grids);
-            let tables: Vec<Option<Table>> = plans
+            let tables: Vec<Option<QueryTable>> = plans
                 .iter()
                 .zip(keys)
                 .enumerate()
@@ -70,8 +66,8 @@ fn main() {
             let colours = colours(&lights);
             let (_, shading) = common::measure(|| (0..FRAMES).for_each(|_| drop(std::hint::black_box(frame.shade(&tables, &colours)))));
             let made: Vec<_> = made.into_iter().flatten().collect();
-            let sum = |of: &dyn Fn(&biscale::render::Made) -> usize| made.iter().map(of).sum::<usize>();
-            let error = made.iter().map(biscale::render::Made::relative_rms).fold(0.0, f64::max);
+            let sum = |of: &dyn Fn(&biscale::render::MaterialReport) -> usize| made.iter().map(of).sum::<usize>();
+            let error = made.iter().map(biscale::render::MaterialReport::relative_rms).fold(0.0, f64::max);
             let rings: Vec<String> = made.iter().map(|m| m.rings.to_string()).collect();
             let (pairs, full) = (sum(&|m| m.pairs), sum(&|m| m.full_table));
             let frame_ms = 1e3 * shading.wall / FRAMES as f64;

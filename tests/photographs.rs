@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic")]
 
 use biscale::filter::{Control, Quality};
-use biscale::render::{render, scene::Light, scene::Scene};
+use biscale::render::{Light, Scene, render};
 use glam::DVec3;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;

@@ -200,7 +200,7 @@ mod tests {
     #[test]
     fn the_checker_s_colours_on_a_screen_are_those_of_others() {
         // What BabelColor computes of the same measurements (Bradford, 8 bits): cyan is outside of sRGB.
-        let byte = |v: f64| 255.0 * biscale::render::picture::linear_to_srgb(v);
+        let byte = |v: f64| 255.0 * biscale::render::linear_to_srgb(v);
         let rgb = checker_rgb().map(|c| c.map(byte));
         let table = [
             (0, [116.0, 81.0, 67.0]),

@@ -7,7 +7,7 @@ use biscale::error::Result;
 use biscale::filter::Control;
 use biscale::material::{SmallScale, Tint};
 use biscale::numerics::low_discrepancy::{fraction, hash, sobol_2d};
-use biscale::visibility::rays::{Hit, Occlusion, PeriodicBvh, Traced};
+use biscale::visibility::{Hit, Occlusion, PeriodicBvh, Traced};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 

@@ -6,7 +6,7 @@
 mod support;
 
 use biscale::error::{Error, Result};
-use biscale::render::picture::Picture;
+use biscale::render::Picture;
 use biscale_fit::fit_file::spec::Spec;
 use biscale_fit::run::{Options, Outcome, fit};
 use biscale_fit::search::Memory;

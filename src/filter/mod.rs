@@ -114,6 +114,15 @@ pub struct Control<'a> {
     pub clock: &'a (dyn Fn() -> f64 + Sync),
 }
 
+impl Control<'static> {
+    /// Lends nothing: not to be stopped, nobody is told of progress, and the clock stands still, so that stages take no time and a
+    /// [`Quality::budget`] is never used up.
+    pub fn quiet() -> Self {
+        static NEVER: AtomicBool = AtomicBool::new(false);
+        Self { cancel: &NEVER, progress: &|_, _| {}, clock: &|| 0.0 }
+    }
+}
+
 impl Control<'_> {
     /// Stops with [`Error::Interrupted`] when the caller has asked for it.
     pub fn check(&self) -> Result<()> {
@@ -212,6 +221,23 @@ pub struct Effective {
 /// # Errors
 /// [`Error::Unsupported`] for a method that this build lacks, [`Error::Interrupted`] when `control` asks to stop,
 /// [`Error::BadInput`] for a plan that is none.
+///
+/// ```
+/// use biscale::{Control, Material, Method, Pair, Quality, effective};
+/// use glam::DVec3;
+///
+/// # let path = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/pyramids.toml");
+/// let surface = Material::load(path.as_ref())?.build()?;
+/// let pair = Pair { wi: DVec3::new(0.6, 0.0, 0.8), wo: DVec3::new(0.0, 0.6, 0.8) };
+/// let swapped = Pair { wi: pair.wo, wo: pair.wi };
+/// let quality = Quality { method: Method::Direct, tolerance: 0.1, ..Quality::default() };
+/// let result = effective(&surface, &[pair, swapped], &quality, &Control::quiet())?;
+/// let [a, b] = result.values[..] else { panic!("one value a pair") };
+/// // The kernel S is symmetric; fhat is fbar over the cosine of the light.
+/// assert_eq!(a.s, b.s);
+/// assert!((a.fhat[0] * 0.8 / a.fbar[0] - 1.0).abs() < 1e-12);
+/// # Ok::<(), biscale::Error>(())
+/// ```
 pub fn effective(surface: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
     match quality.method_to_run()? {
         Method::Direct if quality.method == Method::Auto && quality.plan.is_none() => auto::auto(surface, pairs, quality, control),

@@ -5,7 +5,7 @@
 //! green, blue) is the BRDF in 1/sr; negative values mark angles that were not measured (Matusik et al. 2003 and the reader
 //! that is published with their data).
 
-use super::read_bounded;
+use super::bounded::read_bounded;
 use crate::error::{BadInput, Error, Result};
 use std::path::Path;
 
@@ -35,6 +35,13 @@ pub struct Merl {
 ///
 /// # Errors
 /// [`crate::Error::BadInput`] as [`parse`] says and for a missing file; [`crate::Error::Io`].
+///
+/// ```
+/// // A file of another kind is refused by what is wrong with it.
+/// let path = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/brdf/paper_white_rgb.bsdf");
+/// let error = biscale::formats::merl::read(path.as_ref()).unwrap_err();
+/// assert!(error.to_string().contains("a MERL table has 34992012 bytes") || error.to_string().contains("90, 90, 180"), "{error}");
+/// ```
 pub fn read(path: &Path) -> Result<Merl> {
     let bytes = read_bounded(path, FILE_BYTES as u64, &format!("a MERL table has {FILE_BYTES} bytes"))?;
     parse(&bytes).map_err(|bad| Error::from(bad.in_file(path)))

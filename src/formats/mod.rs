@@ -3,31 +3,11 @@
 //! A reader takes bytes that anyone may have written: it checks every count and offset against the bytes that are there before
 //! it allocates, and answers a wrong file with a [`crate::BadInput`] that names the field.
 
+mod bounded;
 pub mod capture;
 pub mod merl;
 pub mod rgl;
 pub mod svg;
-
-use crate::error::{BadInput, Error, Result};
-use std::fs::File;
-use std::io::Read as _;
-use std::path::Path;
-
-/// The bytes of a file of at most `limit` bytes; `remedy` says what a longer one should have been.
-fn read_bounded(path: &Path, limit: u64, remedy: &str) -> Result<Vec<u8>> {
-    let file = File::open(path).map_err(|e| Error::reading(path, e))?;
-    let length = file.metadata().map_err(|e| Error::reading(path, e))?.len();
-    let mut bytes = Vec::new();
-    // A pipe or a device tells no length: read one byte more than is allowed, and see.
-    if length <= limit {
-        file.take(limit + 1).read_to_end(&mut bytes).map_err(|e| Error::reading(path, e))?;
-    }
-    if length.max(bytes.len() as u64) > limit {
-        let problem = format!("the file has {} bytes", if length > limit { length.to_string() } else { format!("over {limit}") });
-        return Err(BadInput::new(problem, remedy).in_file(path).into());
-    }
-    Ok(bytes)
-}
 
 #[cfg(test)]
 pub(crate) mod test_files;

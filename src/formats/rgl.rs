@@ -7,7 +7,7 @@
 //!
 //! This reader loads every kind: isotropic and anisotropic, RGB and spectral. What a facet can use is decided in `brdf`.
 
-use super::read_bounded;
+use super::bounded::read_bounded;
 use crate::error::{BadInput, Error, Result};
 use std::path::Path;
 
@@ -78,6 +78,13 @@ impl Rgl {
 ///
 /// # Errors
 /// [`crate::Error::BadInput`] as [`parse`] says and for a missing file; [`crate::Error::Io`].
+///
+/// ```
+/// let path = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/brdf/paper_white_rgb.bsdf");
+/// let file = biscale::formats::rgl::read(path.as_ref())?;
+/// assert!(file.description.contains("paper"), "{}", file.description);
+/// # Ok::<(), biscale::Error>(())
+/// ```
 pub fn read(path: &Path) -> Result<Rgl> {
     let bytes = read_bounded(path, MAX_FILE_BYTES, "no RGL file is larger than 1 GiB: this is something else")?;
     parse(&bytes).map_err(|bad| Error::from(bad.in_file(path)))

@@ -10,6 +10,19 @@ use std::path::Path;
 
 impl Material {
     /// Reads and checks a material file.
+    ///
+    /// ```
+    /// use biscale::Material;
+    ///
+    /// let path = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/pyramids.toml");
+    /// let material = Material::load(path.as_ref())?;
+    /// assert_eq!((material.name.as_str(), material.unit, material.surfaces.len()), ("pyramids", "um", 1));
+    ///
+    /// // A mistake says where it stands and what would be right.
+    /// let error = Material::load("no-such-file.toml".as_ref()).unwrap_err();
+    /// assert!(error.to_string().starts_with("no-such-file.toml: there is no such file"));
+    /// # Ok::<(), biscale::Error>(())
+    /// ```
     pub fn load(path: &Path) -> Result<Self> {
         Self::parse(&Source::read(path)?)
     }

@@ -30,6 +30,15 @@ impl Material {
     ///
     /// # Errors
     /// A surface that names a part the geometry lacks, two surfaces for one part, and a part that no surface covers.
+    ///
+    /// ```
+    /// # let path = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/pyramids.toml");
+    /// let surface = biscale::Material::load(path.as_ref())?.build()?;
+    /// // Four sides of one pyramid on a cell of 50 x 50 micrometres; all of them are covered by the one surface.
+    /// assert_eq!((surface.tile.triangles.len(), surface.tile.footprint()), (4, 2500.0));
+    /// assert_eq!(surface.surface_of_triangle, [0; 4]);
+    /// # Ok::<(), biscale::Error>(())
+    /// ```
     pub fn build(&self) -> Result<SmallScale> {
         let tile = self.geometry.build()?;
         let names: Vec<&str> = tile.parts.iter().map(String::as_str).collect();

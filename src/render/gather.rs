@@ -93,6 +93,14 @@ pub fn gather(world: &World<'_>, lights: &[Light], rows: Range<u32>, seed: u64, 
     Ok(view)
 }
 
+/// Lights of a scene as [`render`] uses them, gathered for all of its rows: for callers that shade a view again and again.
+///
+/// # Errors
+/// `Interrupted`.
+pub fn gather_all(world: &World<'_>, lights: &[Light], seed: u64, control: &Control<'_>) -> Result<View> {
+    gather(world, lights, 0..world.scene.camera.height, seed, control)
+}
+
 fn count(length: usize) -> u32 {
     u32::try_from(length).expect("a band is cut so that its lights can be counted")
 }
@@ -169,7 +177,7 @@ impl View {
                 let material = u32::try_from(material).expect("as many materials as objects and parts");
                 self.points.push(Point { pixel, material, wo: wo.as_vec3(), weight: left as f32, end: count(self.lit.len()) });
             }
-            left *= 1.0 - world.coverage[material].share(wo);
+            left *= 1.0 - world.opacity[material].along(wo);
             if left < NOTHING * weight {
                 return 0.0;
             }

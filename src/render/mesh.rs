@@ -8,7 +8,7 @@
 use super::shapes::{Hit, any_across};
 use crate::error::{BadInput, Error, Result};
 use crate::geometry::mesh;
-use crate::visibility::rays::{MAX_DEPTH, depth};
+use crate::visibility::{MAX_DEPTH, depth};
 use glam::{DAffine3, DMat3, DVec2, DVec3, UVec2, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;

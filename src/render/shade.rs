@@ -4,8 +4,8 @@
 //! [`Frame`] keeps it, so that a picture can be shaded again after an edit of a material at the cost of [`Frame::shade`] alone. That is
 //! deferred shading, as in the paper (section 3.6).
 
-use super::demand::{GuidePlace, Located, Table, key, locate};
 use super::gather::View;
+use super::query_table::{GridPlace, GuidePlace, QueryTable, key, locate};
 use super::scene::Light;
 use crate::direction::MIN_COSINE;
 use crate::table::HemisphereGrid;
@@ -91,9 +91,9 @@ pub fn touched(view: &View, grids: &[Option<HemisphereGrid>]) -> Vec<Vec<u64>> {
 
 impl Frame {
     /// Finds the places of a view in the tables of its materials; a material without a table must have no lit point.
-    pub fn new(view: &View, tables: &[Option<Table>], width: u32) -> Self {
+    pub fn new(view: &View, tables: &[Option<QueryTable>], width: u32) -> Self {
         let points: Vec<_> = view.lit_points().collect();
-        let guided = tables.iter().flatten().any(Table::is_guided);
+        let guided = tables.iter().flatten().any(QueryTable::is_guided);
         type Part = (Vec<Spot>, Vec<Lamp>, Vec<Option<GuidePlace>>);
         let parts: Vec<Part> = points
             .par_chunks(1024)
@@ -103,7 +103,7 @@ impl Frame {
                     let Some(table) = &tables[point.material as usize] else { continue };
                     let viewer = locate(table.grid(), point.wo);
                     for lit in &view.lit[range.clone()] {
-                        let Located { triangle, weights } = locate(table.grid(), lit.wi);
+                        let GridPlace { triangle, weights } = locate(table.grid(), lit.wi);
                         let cell = table.cell(key(triangle, viewer.triangle)).expect("the table holds every touched cell");
                         lamps.push(Lamp { cell, weights, scale: lit.scale, light: lit.light });
                         if guided {
@@ -136,7 +136,7 @@ impl Frame {
     }
 
     /// Radiance of each pixel of the rows, under lights of these colours.
-    pub fn shade(&self, tables: &[Option<Table>], colours: &[Vec4]) -> Vec<[f32; 3]> {
+    pub fn shade(&self, tables: &[Option<QueryTable>], colours: &[Vec4]) -> Vec<[f32; 3]> {
         let mut pixels = self.behind.clone();
         pixels.par_chunks_mut(self.width as usize).zip(self.rows.par_windows(2)).enumerate().for_each(|(row, (pixels, range))| {
             let mut start = range[0].checked_sub(1).map_or(0, |before| self.spots[before].end as usize);

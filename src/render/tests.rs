@@ -1,8 +1,9 @@
 //! Whole pictures against closed forms.
 
-use super::compare::difference;
-use super::*;
-use crate::filter::Method;
+use super::renderer::render_in_bands;
+use super::{Picture, Rendered, Scene, difference, render};
+use crate::error::Error;
+use crate::filter::{Control, Method, Quality};
 use crate::toml_reader::Source;
 use glam::DVec3;
 use std::f64::consts::PI;

@@ -1,6 +1,6 @@
 //! Rays among the objects of a scene: what is seen, and how much light gets through.
 
-use super::coverage::Coverage;
+use super::opacity::Opacity;
 use super::scene::{Object, Scene, Shape};
 use super::shapes::Hit;
 use crate::error::Result;
@@ -22,14 +22,14 @@ pub struct World<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// For each material how much of it rays meet.
-    pub coverage: Vec<Coverage>,
+    pub opacity: Vec<Opacity>,
     /// For each object whether no light gets through any part.
     opaque: Vec<bool>,
 }
 
 /// A place where a ray meets an object.
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
+pub struct SurfacePoint {
     /// Which object.
     pub object: usize,
     /// Where on it.
@@ -95,20 +95,20 @@ impl<'a> World<'a> {
     /// Finds out which materials have gaps.
     ///
     /// # Errors
-    /// Those of [`Coverage::of`].
+    /// Those of [`Opacity::of`].
     pub fn new(scene: &'a Scene, control: &Control<'_>) -> Result<Self> {
-        let coverage = scene.materials.iter().map(|m| Coverage::of(&m.small.tile, control)).collect::<Result<Vec<_>>>()?;
-        let opaque = scene.objects.iter().map(|o| o.materials.iter().all(|&m| coverage[m].is_opaque())).collect();
-        Ok(Self { scene, coverage, opaque })
+        let opacity = scene.materials.iter().map(|m| Opacity::of(&m.small.tile, control)).collect::<Result<Vec<_>>>()?;
+        let opaque = scene.objects.iter().map(|o| o.materials.iter().all(|&m| opacity[m].is_opaque())).collect();
+        Ok(Self { scene, opacity, opaque })
     }
 
     /// As if no material had gaps.
     pub fn opaque(scene: &'a Scene) -> Self {
-        Self { scene, coverage: vec![Coverage::Opaque; scene.materials.len()], opaque: vec![true; scene.objects.len()] }
+        Self { scene, opacity: vec![Opacity::Opaque; scene.materials.len()], opaque: vec![true; scene.objects.len()] }
     }
 
     /// The first place on a ray beyond the distance `after`.
-    pub fn first(&self, origin: DVec3, direction: DVec3, after: f64) -> Option<Place> {
+    pub fn first(&self, origin: DVec3, direction: DVec3, after: f64) -> Option<SurfacePoint> {
         let mut best: Option<(usize, Hit)> = None;
         let after = after + SAME_PLACE * (1.0 + after);
         for (index, object) in self.scene.objects.iter().enumerate() {
@@ -130,11 +130,11 @@ impl<'a> World<'a> {
         let seen = if front { frame } else { DMat3::from_cols(-frame.x_axis, frame.y_axis, -frame.z_axis) };
         let (sin, cos) = object.turn.sin_cos();
         let turned = DMat3::from_cols(cos * seen.x_axis + sin * seen.y_axis, cos * seen.y_axis - sin * seen.x_axis, seen.z_axis);
-        Some(Place { object: index, hit, position, frame: facing(turned, -direction), front })
+        Some(SurfacePoint { object: index, hit, position, frame: facing(turned, -direction), front })
     }
 
     /// The share of light that reaches a place from the unit direction `to_light`, over `distance`.
-    pub fn transmittance(&self, place: &Place, to_light: DVec3, distance: f64) -> f64 {
+    pub fn transmittance(&self, place: &SurfacePoint, to_light: DVec3, distance: f64) -> f64 {
         let start = match &self.scene.objects[place.object].shape {
             // The lifted origin lies over the outer side only.
             Shape::Mesh(mesh) if place.front => mesh.shadow_origin(&place.hit, place.position),
@@ -156,7 +156,7 @@ impl<'a> World<'a> {
                 let (sin, cos) = object.turn.sin_cos();
                 let (x, y) = (to_light.dot(frame.x_axis), to_light.dot(frame.y_axis));
                 let local = DVec3::new(cos * x + sin * y, cos * y - sin * x, to_light.dot(frame.z_axis));
-                share *= 1.0 - self.coverage[object.material(&hit)].share(local.normalize());
+                share *= 1.0 - self.opacity[object.material(&hit)].along(local.normalize());
                 range[0] = hit.distance + SAME_PLACE * (1.0 + hit.distance);
                 skip = None;
                 if share < NOTHING {

@@ -12,9 +12,7 @@ use crate::filter::{Control, Effective, Summary, Value, lobes, sums as kernels};
 use crate::material::{SmallScale, Tint};
 use crate::numerics::low_discrepancy::{fraction, hash, sobol_2d};
 use crate::numerics::random::hash_64;
-use crate::visibility::Bits;
-use crate::visibility::raster;
-use crate::visibility::rays::{Occlusion, PeriodicBvh};
+use crate::visibility::{Bits, Occlusion, PeriodicBvh, raster};
 use glam::DVec3;
 use rayon::prelude::*;
 

@@ -64,6 +64,28 @@ pub type ValuesOfPairs<'a> = dyn FnMut(&[Pair], &Quality, Range<f64>) -> Result<
 ///
 /// # Errors
 /// Those of [`effective`]; [`Error::BadInput`] for a number of rings out of range, [`Error::Unsupported`] for a budget.
+///
+/// ```
+/// use biscale::table::{BakeRecipe, bake};
+/// use biscale::{Control, EffectiveTable, Material, Quality};
+/// use glam::DVec3;
+///
+/// # let path = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/pyramids.toml");
+/// let surface = Material::load(path.as_ref())?.build()?;
+/// // Four rings of directions: fast, and coarse.
+/// let quality = Quality { tolerance: 0.1, ..Quality::default() };
+/// let recipe = BakeRecipe { name: "pyramids", material: "", quality, rings: Some(4) };
+/// let table = bake(&surface, &recipe, &Control::quiet())?;
+///
+/// // Stored and loaded, it says the same between its nodes.
+/// let folder = tempfile::tempdir().expect("a folder");
+/// let file = folder.path().join("table.exr");
+/// table.save(&file)?;
+/// let (wi, wo) = (DVec3::new(0.6, 0.0, 0.8), DVec3::Z);
+/// assert_eq!(EffectiveTable::load(&file)?.eval(wi, wo), table.eval(wi, wo));
+/// assert!(table.eval(wi, wo).fbar[0] > 0.0);
+/// # Ok::<(), biscale::Error>(())
+/// ```
 pub fn bake(surface: &SmallScale, recipe: &BakeRecipe<'_>, control: &Control<'_>) -> Result<EffectiveTable> {
     let mut table = build(recipe, GuideLobes::of(surface).as_ref(), &mut |pairs, quality, share| {
         let progress = |stage: &str, done: f64| (control.progress)(stage, share.start + done.clamp(0.0, 1.0) * (share.end - share.start));
@@ -78,7 +100,7 @@ pub fn build(recipe: &BakeRecipe<'_>, lobes: Option<&GuideLobes<'_>>, values: &m
     let BakeRecipe { quality, rings: fixed, .. } = recipe;
     check_rings(*fixed, max_rings(true))?;
     if quality.budget.is_some() {
-        let remedy = "set the time by --tolerance or --resolution".into();
+        let remedy = "set the time by `tolerance` or `resolution`".into();
         return Err(Error::Unsupported { what: "a budget of time for a whole table".into(), remedy });
     }
     let probes = Probes::compute(quality, values)?;

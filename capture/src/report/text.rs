@@ -3,7 +3,7 @@
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use biscale::formats::capture::Severity;
-use biscale::render::picture::linear_to_srgb;
+use biscale::render::linear_to_srgb;
 
 /// A severity as word, which is its class in the style sheet as well.
 pub(super) fn word(severity: Severity) -> &'static str {

@@ -3,7 +3,7 @@
 use super::text::{jpeg_address, word};
 use crate::photo::PlanarImage;
 use biscale::formats::capture::{Check, Severity};
-use biscale::render::picture::linear_to_srgb;
+use biscale::render::linear_to_srgb;
 use glam::DVec2;
 use maud::{Markup, html};
 

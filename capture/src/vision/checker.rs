@@ -6,7 +6,7 @@ use crate::colour::{COLUMNS, Correction, checker_rgb, fit};
 use crate::lens::Lens;
 use crate::photo::PlanarImage;
 use biscale::error::Result;
-use biscale::render::picture::linear_to_srgb;
+use biscale::render::linear_to_srgb;
 use glam::DVec2;
 use opencv::core::{CV_8UC3, Mat, Point2f, Vec3b, Vector};
 use opencv::mcc::{MCC_CCheckerDetector, MCC_TYPECHART};

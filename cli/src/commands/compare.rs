@@ -6,7 +6,7 @@ use biscale::error::{BadInput, Result};
 use biscale::image_file::{self, Raster};
 use biscale::numerics::cast::narrow;
 use biscale::numerics::colour::{byte, linear_to_srgb};
-use biscale::render::compare::{Difference, colour_code, difference};
+use biscale::render::{Difference, colour_code, difference};
 use clap::Args;
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8, FlipPool, flip};
 use serde::Serialize;

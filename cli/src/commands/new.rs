@@ -3,7 +3,7 @@
 use crate::common::options::CommonArgs;
 use crate::common::output::{self, Target};
 use biscale::error::{BadInput, Error, Result};
-use biscale::render::scene::TEMPLATE;
+use biscale::render::SCENE_TEMPLATE;
 use clap::{Args, ValueEnum};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -57,7 +57,7 @@ pub fn run(args: &NewArgs, common: &CommonArgs) -> Result<()> {
         _ => return Err(BadInput::new("two files are given", format!("write `biscale new {kind} FILE`")).at_field("FILE").into()),
     };
     let text = match args.kind {
-        Kind::Scene => TEMPLATE.to_owned(),
+        Kind::Scene => SCENE_TEMPLATE.to_owned(),
         Kind::Fit => match folder {
             Some(folder) => biscale_fit::fit_file::template::for_capture(folder, &seen_from(folder, file))?,
             None => biscale_fit::fit_file::template::BY_HAND.to_owned(),

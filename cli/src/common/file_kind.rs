@@ -1,7 +1,7 @@
 //! The kinds of files that a user writes, told by what is in them.
 
 use biscale::error::{BadInput, Error};
-use biscale::render::scene::Scene;
+use biscale::render::Scene;
 use biscale::toml_reader::Source;
 use biscale_capture::shoot::Shoot;
 use biscale_fit::fit_file::spec::Spec;

@@ -3,8 +3,7 @@
 use crate::photograph::image::{Image, LIGHT_SIGMA_DEG, Photograph, Pinhole, Role};
 use biscale::error::{BadInput, Result};
 use biscale::formats::capture::{self, Capture, Sample, Severity};
-use biscale::render::scene::{Light, Object, Shape};
-use biscale::render::shapes::{Cylinder, Plane};
+use biscale::render::{Cylinder, Light, Object, Plane, Shape};
 use glam::{DMat3, DVec3};
 use std::f64::consts::PI;
 use std::path::Path;

@@ -9,7 +9,7 @@ use biscale::brdf::Brdf;
 use biscale::error::{BadInput, Result};
 use biscale::filter::common_random_numbers::{Slot, SlotColour};
 use biscale::material::{Material, MaterialValues, NumberPlace};
-use biscale::render::scene::{Camera, Light, Object};
+use biscale::render::{Camera, Light, Object};
 use biscale::toml_reader::{Range, Source, TableReader, range};
 use std::path::{Path, PathBuf};
 

@@ -130,7 +130,7 @@ mod tests {
     use super::*;
     use crate::photograph::image::{Image, Pinhole, Role};
     use biscale::numerics::low_discrepancy::gaussian;
-    use biscale::render::scene::{Camera, Light, Object};
+    use biscale::render::{Camera, Light, Object};
     use biscale::toml_reader::{Source, TableReader};
 
     const SIZE: usize = 128;

@@ -8,8 +8,7 @@ use crate::photograph::image::{Photograph, Pinhole};
 use biscale::direction::Pair;
 use biscale::error::{BadInput, Result};
 use biscale::material::{Material, SmallScale};
-use biscale::render::scene::{Camera, Light, Scene, SceneMaterial};
-use biscale::render::world::{Place, World};
+use biscale::render::{Camera, Light, Scene, SceneMaterial, SurfacePoint, World};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -141,7 +140,7 @@ pub fn scene_of(photograph: &Photograph, material: &Material, small: &SmallScale
 }
 
 /// What a ray through a place of the picture meets first.
-pub fn look(world: &World<'_>, photograph: &Photograph, x: f64, y: f64) -> Option<Place> {
+pub fn look(world: &World<'_>, photograph: &Photograph, x: f64, y: f64) -> Option<SurfacePoint> {
     world.first(photograph.camera.origin, photograph.camera.direction(x, y), 0.0).filter(|p| p.front)
 }
 

@@ -2,7 +2,7 @@
 
 use biscale::error::{BadInput, Result};
 use biscale::image_file::{self, Raster};
-use biscale::render::scene::{Camera, Light, Object};
+use biscale::render::{Camera, Light, Object};
 use glam::{DMat3, DVec3};
 use std::path::{Path, PathBuf};
 
@@ -168,7 +168,7 @@ impl Image {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use biscale::render::picture::Picture;
+    use biscale::render::Picture;
 
     fn write(folder: &Path, f: impl Fn(usize) -> [f32; 3]) -> PathBuf {
         let mut picture = Picture::new(20, 10);

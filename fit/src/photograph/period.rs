@@ -4,8 +4,7 @@
 //! with itself, shifted along x or y: where the two agree again, the shift is a period, or several.
 
 use crate::photograph::image::Photograph;
-use biscale::render::scene::Shape;
-use biscale::render::shapes::{Cylinder, any_across};
+use biscale::render::{Cylinder, Shape, any_across};
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;

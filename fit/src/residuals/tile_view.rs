@@ -11,7 +11,7 @@ use biscale::filter::Control;
 use biscale::filter::common_random_numbers::{Slot, only, tint};
 use biscale::material::SmallScale;
 use biscale::numerics::low_discrepancy::{fraction, hash};
-use biscale::visibility::rays::{Occlusion, PeriodicBvh, Traced};
+use biscale::visibility::{Occlusion, PeriodicBvh, Traced};
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
 

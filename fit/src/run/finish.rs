@@ -26,7 +26,7 @@ use biscale::error::Result;
 use biscale::filter::Control;
 use biscale::filter::common_random_numbers::CommonRandomNumbers;
 use biscale::material::{Material, SmallScale};
-use biscale::render::scene::Light;
+use biscale::render::Light;
 
 /// Profiles that are made.
 const PROFILES: usize = 3;

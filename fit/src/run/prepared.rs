@@ -13,8 +13,7 @@ use biscale::filter::Control;
 use biscale::filter::common_random_numbers::Slot;
 use biscale::geometry::{Geometry, Tile};
 use biscale::material::{Material, SmallScale};
-use biscale::render::coverage::Coverage;
-use biscale::render::world::World;
+use biscale::render::{Opacity, World};
 use serde::Serialize;
 
 /// What does not change while the search runs.
@@ -119,7 +118,7 @@ fn is_opaque(material: &Material, tile: &Tile, control: &Control<'_>) -> Result<
     if matches!(material.geometry, Geometry::Weave(_)) {
         return Ok(false);
     }
-    Ok(Coverage::of(tile, control)?.is_opaque())
+    Ok(Opacity::of(tile, control)?.is_opaque())
 }
 
 /// What one surface looks like on the whole: its colours added up.

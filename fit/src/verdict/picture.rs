@@ -5,11 +5,7 @@ use crate::photograph::image::Photograph;
 use biscale::error::Result;
 use biscale::filter::{Control, Quality};
 use biscale::material::{Material, SmallScale};
-use biscale::render::demand::Plan;
-use biscale::render::gather::{Lit, Point, View};
-use biscale::render::scene::Light;
-use biscale::render::shade::{Frame, colours, touched};
-use biscale::render::world::World;
+use biscale::render::{Frame, Light, Lit, Point, QueryPlan, View, World, colours, touched};
 use glam::Vec3;
 
 /// Tolerance of the pictures: well below what photographs and model differ by.
@@ -59,7 +55,7 @@ pub fn render(
     } else {
         let probes: Vec<(Vec3, Vec3)> = lit.iter().step_by(lit.len().div_ceil(PROBES)).map(|s| (s.wi.as_vec3(), s.wo.as_vec3())).collect();
         let quality = Quality { tolerance: TOLERANCE, ..Quality::default() };
-        let plan = Plan::find(small, opaque, &probes, &quality, control)?;
+        let plan = QueryPlan::find(small, opaque, &probes, &quality, control)?;
         let grid = biscale::table::HemisphereGrid::new(plan.rings);
         let keys = touched(&view, &[Some(grid)]).swap_remove(0);
         let tables = [Some(plan.table(small, keys, &quality, control)?)];

@@ -2,7 +2,7 @@
 
 use crate::photograph::image::Photograph;
 use crate::verdict::picture::Picture;
-use biscale::render::scene::Light;
+use biscale::render::Light;
 use glam::DVec3;
 use serde::Serialize;
 

@@ -6,7 +6,7 @@ use super::{Faults, with_control};
 use biscale::error::Result;
 use biscale::filter::Control;
 use biscale::material::SmallScale;
-use biscale::render::world::World;
+use biscale::render::World;
 use biscale_fit::fit_file::spec::Spec;
 use biscale_fit::fit_file::variant::{Variants, own_sides};
 use biscale_fit::photograph::close_up::CloseUp;

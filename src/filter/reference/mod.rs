@@ -8,7 +8,7 @@
 //! Each pair has [`BATCHES`] independent randomised sequences. With `S_r` the light and `a_r` the front share of batch `r`,
 //! and `q = mean S / mean a`, the squared standard error is `sum (S_r - q a_r)^2 / (R mean(a)^2)` (`numerics.md`,
 //! section 3.6); averaging the ratios of the batches would be biased. Rays that are given up after
-//! [`MAX_PERIODS`](crate::visibility::rays::MAX_PERIODS) cells add what they could have changed.
+//! [`MAX_PERIODS`](crate::visibility::MAX_PERIODS) cells add what they could have changed.
 //!
 //! Samples go where they help: until the relative RMS error meets the tolerance, the pair is doubled whose doubling takes away
 //! most squared error for its rays. A plan is the list of those doublings' counts, one a round.
@@ -116,7 +116,7 @@ pub(super) fn reference(small: &SmallScale, pairs: &[Pair], quality: &Quality, c
     if given_up > 0 {
         notes.push(format!(
             "rays of {given_up} pairs passed {} periods and count as free; what they could change is in the errors",
-            crate::visibility::rays::MAX_PERIODS
+            crate::visibility::MAX_PERIODS
         ));
     }
     let holes = estimates.iter().filter(|e| e.front == 0.0).count();

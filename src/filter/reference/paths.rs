@@ -4,7 +4,7 @@ use crate::brdf::{Brdf, Colour};
 use crate::error::Result;
 use crate::material::{SmallScale, Tint};
 use crate::numerics::low_discrepancy::{fraction, hash, sobol_2d, sobol_3d};
-use crate::visibility::rays::{Hit, Occlusion, PeriodicBvh, Traced};
+use crate::visibility::{Hit, Occlusion, PeriodicBvh, Traced};
 use glam::{DVec2, DVec3};
 
 /// Surface events after which paths may end at random, without bias; most light has left by then.

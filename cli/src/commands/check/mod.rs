@@ -14,7 +14,7 @@ use biscale::error::{Error, Result};
 use biscale::filter::low_rank::Variant;
 use biscale::filter::{Method, Quality};
 use biscale::material::Material;
-use biscale::render::scene::Scene;
+use biscale::render::Scene;
 use biscale::toml_reader::Source;
 use biscale_capture::shoot::Shoot;
 use biscale_fit::fit_file::spec::Spec;

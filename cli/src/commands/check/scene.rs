@@ -1,6 +1,6 @@
 //! What `biscale check` says of a scene file.
 
-use biscale::render::scene::{Light, Scene, Shape};
+use biscale::render::{Light, Scene, Shape};
 use serde::Serialize;
 use std::fmt;
 

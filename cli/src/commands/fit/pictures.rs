@@ -4,7 +4,7 @@ use crate::common::output;
 use biscale::error::Result;
 use biscale::numerics::colour::{byte, linear_to_srgb, srgb_byte};
 use biscale::numerics::statistics::rank;
-use biscale::render::compare::colour_code;
+use biscale::render::colour_code;
 use biscale_fit::photograph::image::Photograph;
 use biscale_fit::run::Outcome;
 

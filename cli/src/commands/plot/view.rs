@@ -10,7 +10,7 @@ use biscale::error::Result;
 use biscale::filter::Control;
 use biscale::material::{Material, SmallScale, Tint};
 use biscale::numerics::colour::srgb_byte;
-use biscale::visibility::rays::{Hit, Occlusion, PeriodicBvh};
+use biscale::visibility::{Hit, Occlusion, PeriodicBvh};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use resvg::tiny_skia::Pixmap;

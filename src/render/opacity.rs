@@ -1,4 +1,4 @@
-//! How much of a tile a ray meets: the share of parallel rays that hit anything, back faces included.
+//! Opacity of a tile: the share of parallel rays that hit anything, back faces included.
 //!
 //! A surface with gaps is not opaque (`docs/formats.md`): what lies behind it shows through by the share of rays that hit nothing.
 //! A line that hits does so from both ends, so the share of a direction and of its opposite are equal.
@@ -9,7 +9,7 @@ use crate::filter::Control;
 use crate::geometry::Tile;
 use crate::numerics::low_discrepancy::{fraction, sobol_2d};
 use crate::table::{lattice_weights, nodes};
-use crate::visibility::rays::{PeriodicBvh, Traced};
+use crate::visibility::{PeriodicBvh, Traced};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -25,14 +25,14 @@ const LEAST_COSINE: f64 = 0.03;
 
 /// The share of rays that hit, by direction.
 #[derive(Clone, Debug)]
-pub enum Coverage {
+pub enum Opacity {
     /// All rays hit.
     Opaque,
     /// By the nodes of a hemisphere grid of this many rings.
     Gaps(usize, Vec<f32>),
 }
 
-impl Coverage {
+impl Opacity {
     /// Traces the rays. Gaps that fewer than one of 1,024 rays finds, from 61 directions, count as none.
     ///
     /// # Errors
@@ -50,7 +50,7 @@ impl Coverage {
     }
 
     /// The share for a line along the unit vector `w` in the tile's frame.
-    pub fn share(&self, w: DVec3) -> f64 {
+    pub fn along(&self, w: DVec3) -> f64 {
         let Self::Gaps(rings, shares) = self else { return 1.0 };
         let up = if w.z < 0.0 { -w } else { w };
         let Some(up) = above_horizon(up) else { return 1.0 };
@@ -106,16 +106,16 @@ mod tests {
         }
     }
 
-    fn coverage(tile: &Tile) -> Coverage {
+    fn coverage(tile: &Tile) -> Opacity {
         let cancel = AtomicBool::new(false);
-        Coverage::of(tile, &Control { cancel: &cancel, progress: &|_, _| {}, clock: &|| 0.0 }).unwrap()
+        Opacity::of(tile, &Control { cancel: &cancel, progress: &|_, _| {}, clock: &|| 0.0 }).unwrap()
     }
 
     #[test]
     fn a_flat_square_covers_its_share_from_above_and_from_below() {
         let coverage = coverage(&quarter());
         for w in [DVec3::Z, DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.0, -0.6, -0.8), DVec3::new(0.99, 0.0, 0.141_067)] {
-            let share = coverage.share(w);
+            let share = coverage.along(w);
             assert!((share - 0.25).abs() < 0.005, "{share} at {w}");
         }
     }

@@ -1,0 +1,352 @@
+//! All stages of a picture in their order, band by band where its lights are too many to be held at once.
+
+use super::gather::{View, gather, lights};
+use super::picture::Picture;
+use super::query_plan::{PROBES, QueryPlan, full_table};
+use super::query_table::QueryTable;
+use super::scene::{Light, Scene, Shape};
+use super::shade::{Frame, colours, touched};
+use super::world::World;
+use crate::error::{Error, Result};
+use crate::filter::{Control, Quality};
+use crate::numerics::low_discrepancy::hash;
+use crate::table::HemisphereGrid;
+use glam::Vec3;
+use std::ops::Range;
+
+/// Most lights of points that are held at once, counted before any is found in shadow: about 60 bytes for each that is not.
+const MAX_LAMPS: u64 = 48 << 20;
+
+/// A picture and how it was made.
+#[derive(Clone, Debug)]
+pub struct Rendered {
+    /// The picture.
+    pub picture: Picture,
+    /// For each material of the scene how its values were made; `None` for one that no light reaches.
+    pub materials: Vec<Option<MaterialReport>>,
+    /// Lights, with those that stand for the environment.
+    pub lights: usize,
+    /// Pairs of a point and a light that reaches it.
+    pub lamps: u64,
+    /// Name and milliseconds of each stage.
+    pub stages: Vec<(&'static str, f64)>,
+    /// What the user should know.
+    pub notes: Vec<String>,
+}
+
+/// How the values of one material were made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MaterialReport {
+    /// The method that ran.
+    pub method: &'static str,
+    /// Everything that fixes the values' bits beside the seed.
+    pub plan: String,
+    /// Facets (`direct`), or rays from the viewer per pair (`reference`).
+    pub facets: usize,
+    /// Rings of the direction grid.
+    pub rings: usize,
+    /// Cells of the grid that the picture touches.
+    pub cells: usize,
+    /// Pairs of directions that were computed.
+    pub pairs: usize,
+    /// Pairs of a full table of the same grid, which has the same error.
+    pub full_table: usize,
+    /// Whether a guide is divided out before interpolation.
+    pub guided: bool,
+    /// Whether rays pass the surface.
+    pub gaps: bool,
+    /// Relative RMS error over the picture's pairs: facets, and interpolation.
+    pub error: [f64; 2],
+}
+
+impl MaterialReport {
+    /// The whole relative RMS error.
+    pub fn relative_rms(&self) -> f64 {
+        self.error[0].hypot(self.error[1])
+    }
+}
+
+/// Probes of a material so far: those of the smallest hashes, which any order of rows gives alike.
+#[derive(Clone, Default)]
+struct Probes(Vec<(u32, u32, u32, Vec3, Vec3)>);
+
+impl Probes {
+    fn add(&mut self, pixel: u32, nth: u32, wi: Vec3, wo: Vec3) {
+        self.0.push((hash(hash(pixel) ^ nth.wrapping_mul(0x9e37_79b9)), pixel, nth, wi, wo));
+        if self.0.len() >= 64 * PROBES {
+            self.keep();
+        }
+    }
+
+    fn keep(&mut self) {
+        self.0.sort_unstable_by_key(|p| (p.0, p.1, p.2));
+        self.0.truncate(PROBES);
+    }
+}
+
+/// Renders a scene.
+///
+/// The same scene and quality give the same bits at any thread count.
+///
+/// # Errors
+/// [`Error::Unsupported`] for a budget or a plan, [`Error::Interrupted`] when `control` asks to stop, those of the filter.
+///
+/// ```
+/// use biscale::render::{Scene, render};
+/// use biscale::{Control, Quality};
+///
+/// # let path = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/scenes/ball.toml");
+/// let mut scene = Scene::load(path.as_ref())?;
+/// (scene.camera.width, scene.camera.height, scene.camera.samples) = (8, 8, 1);
+/// let quality = Quality { tolerance: 0.1, ..Quality::default() };
+/// let picture = render(&scene, &quality, &Control::quiet())?.picture;
+/// assert_eq!(picture.rgb.len(), 64);
+/// // The ball covers the middle and not the corner.
+/// assert_eq!((picture.alpha[4 * 8 + 4], picture.alpha[0]), (1.0, 0.0));
+/// # Ok::<(), biscale::Error>(())
+/// ```
+pub fn render(scene: &Scene, quality: &Quality, control: &Control<'_>) -> Result<Rendered> {
+    render_in_bands(scene, quality, control, MAX_LAMPS)
+}
+
+/// [`render`] with at most this many lights of points held at once.
+pub(super) fn render_in_bands(scene: &Scene, quality: &Quality, control: &Control<'_>, most_lamps: u64) -> Result<Rendered> {
+    check(quality)?;
+    let mut stages = Stages::begin(control);
+    let world = World::new(scene, control)?;
+    stages.end("gaps");
+    let mut bands = Bands::cut(&world, quality.seed, most_lamps, control);
+    let (probes, lamps) = bands.probes()?;
+    stages.end("large scale");
+    let plans = plans(&world, probes, quality, control)?;
+    stages.end("probes");
+    let keys = bands.touched(&plans)?;
+    stages.end("cells");
+    let tables = tables(scene, &plans, keys, quality, control)?;
+    stages.end("values");
+    let picture = bands.shade(&tables)?;
+    stages.end("shading");
+    if picture.rgb.iter().flatten().any(|v| !v.is_finite()) {
+        return Err(Error::Numeric("a pixel is not finite; please report this, with the scene".to_owned()));
+    }
+    let report = |m: usize| Some(report(&world, m, plans[m].as_ref()?, tables[m].as_ref()?));
+    let materials = (0..scene.materials.len()).map(report).collect();
+    let notes = notes(scene, quality, &plans);
+    Ok(Rendered { picture, materials, lights: bands.lights.len(), lamps, stages: stages.ended, notes })
+}
+
+/// Refuses what a picture cannot be made by.
+fn check(quality: &Quality) -> Result<()> {
+    let unsupported = |what: &str, remedy: &str| Err(Error::Unsupported { what: what.to_owned(), remedy: remedy.to_owned() });
+    if quality.budget.is_some() {
+        return unsupported("a budget of time for a picture", "set the time by `tolerance`");
+    }
+    if quality.plan.is_some() {
+        return unsupported("a plan for a picture", "the same scene, seed and options repeat its bits without one");
+    }
+    Ok(())
+}
+
+/// How long each stage took.
+struct Stages<'a> {
+    control: &'a Control<'a>,
+    last: f64,
+    ended: Vec<(&'static str, f64)>,
+}
+
+impl<'a> Stages<'a> {
+    fn begin(control: &'a Control<'a>) -> Self {
+        Self { control, last: (control.clock)(), ended: Vec::new() }
+    }
+
+    fn end(&mut self, name: &'static str) {
+        let now = (self.control.clock)();
+        self.ended.push((name, 1e3 * (now - self.last)));
+        self.last = now;
+    }
+}
+
+/// Progress of a part of the whole work.
+fn part<'a>(control: &'a Control<'_>, share: Range<f64>) -> impl Fn(&str, f64) + Sync + 'a {
+    move |stage, done| (control.progress)(stage, share.start + done * (share.end - share.start))
+}
+
+/// The rows of a picture, cut so that few enough lights are held at once. Each pass over the picture gathers them again, unless they are one.
+struct Bands<'a> {
+    world: &'a World<'a>,
+    lights: Vec<Light>,
+    seed: u64,
+    control: &'a Control<'a>,
+    rows: Vec<Range<u32>>,
+    /// The view of a picture that is one band.
+    only: Option<View>,
+}
+
+impl<'a> Bands<'a> {
+    fn cut(world: &'a World<'a>, seed: u64, most_lamps: u64, control: &'a Control<'a>) -> Self {
+        let lights = lights(world.scene, seed);
+        let camera = &world.scene.camera;
+        let a_row = u64::from(camera.width) * u64::from(camera.samples) * lights.len().max(1) as u64;
+        #[expect(clippy::cast_possible_truncation, reason = "at most the picture's height")]
+        let band = (most_lamps / a_row).clamp(1, u64::from(camera.height)) as u32;
+        let rows = (0..camera.height).step_by(band as usize).map(|r| r..(r + band).min(camera.height)).collect();
+        Self { world, lights, seed, control, rows, only: None }
+    }
+
+    /// Shows every band to `visit`; `share` is the progress that gathering one of them makes.
+    fn each(&mut self, share: Range<f64>, mut visit: impl FnMut(&View)) -> Result<()> {
+        for rows in &self.rows {
+            self.control.check()?;
+            let view = match self.only.take() {
+                Some(view) => view,
+                None => {
+                    let progress = part(self.control, share.clone());
+                    gather(self.world, &self.lights, rows.clone(), self.seed, &Control { progress: &progress, ..*self.control })?
+                }
+            };
+            visit(&view);
+            self.only = (self.rows.len() == 1).then_some(view);
+        }
+        Ok(())
+    }
+
+    /// Probes of each material, and how many lights reach points in all.
+    fn probes(&mut self) -> Result<(Vec<Probes>, u64)> {
+        let mut probes = vec![Probes::default(); self.world.scene.materials.len()];
+        let mut lamps = 0;
+        self.each(0.0..0.1, |view| {
+            let (mut pixel, mut nth) = (u32::MAX, 0);
+            for (point, lit) in view.lit_points() {
+                if pixel != point.pixel {
+                    (pixel, nth) = (point.pixel, 0);
+                }
+                for lit in &view.lit[lit] {
+                    probes[point.material as usize].add(pixel, nth, lit.wi, point.wo);
+                    nth += 1;
+                }
+            }
+            lamps += view.lit.len() as u64;
+        })?;
+        Ok((probes, lamps))
+    }
+
+    /// For each material the keys of the cells that the picture touches, sorted and distinct.
+    fn touched(&mut self, plans: &[Option<QueryPlan>]) -> Result<Vec<Vec<u64>>> {
+        let grids: Vec<_> = plans.iter().map(|p| p.as_ref().map(|p| HemisphereGrid::new(p.rings))).collect();
+        let mut keys = vec![Vec::new(); plans.len()];
+        self.each(0.4..0.45, |view| {
+            for (all, new) in keys.iter_mut().zip(touched(view, &grids)) {
+                all.extend(new);
+                all.sort_unstable();
+                all.dedup();
+            }
+        })?;
+        Ok(keys)
+    }
+
+    fn shade(&mut self, tables: &[Option<QueryTable>]) -> Result<Picture> {
+        let colours = colours(&self.lights);
+        let camera = self.world.scene.camera;
+        let mut picture = Picture::new(camera.width, camera.height);
+        self.each(0.9..1.0, |view| {
+            let frame = Frame::new(view, tables, camera.width);
+            let at = (view.rows.start * camera.width) as usize;
+            let rows = frame.shade(tables, &colours);
+            picture.rgb[at..at + rows.len()].copy_from_slice(&rows);
+            picture.alpha[at..at + rows.len()].copy_from_slice(&view.alpha);
+        })?;
+        Ok(picture)
+    }
+}
+
+/// How the values of each material are made; `None` for one that no light reaches.
+fn plans(world: &World<'_>, probes: Vec<Probes>, quality: &Quality, control: &Control<'_>) -> Result<Vec<Option<QueryPlan>>> {
+    let materials = &world.scene.materials;
+    let mut plans = Vec::new();
+    for ((material, mut probes), opacity) in materials.iter().zip(probes).zip(&world.opacity) {
+        probes.keep();
+        let pairs: Vec<(Vec3, Vec3)> = probes.0.iter().map(|p| (p.3, p.4)).collect();
+        let begun = 0.1 + 0.3 * plans.len() as f64 / materials.len() as f64;
+        let progress = part(control, begun..begun + 0.3 / materials.len() as f64);
+        let control = Control { progress: &progress, ..*control };
+        let plan = || QueryPlan::find(&material.small, opacity.is_opaque(), &pairs, quality, &control);
+        plans.push(if pairs.is_empty() { None } else { Some(plan()?) });
+    }
+    Ok(plans)
+}
+
+/// The values of each material that the picture needs.
+fn tables(
+    scene: &Scene,
+    plans: &[Option<QueryPlan>],
+    keys: Vec<Vec<u64>>,
+    quality: &Quality,
+    control: &Control<'_>,
+) -> Result<Vec<Option<QueryTable>>> {
+    let count = plans.len() as f64;
+    let mut tables: Vec<Option<QueryTable>> = Vec::new();
+    for ((plan, keys), material) in plans.iter().zip(keys).zip(&scene.materials) {
+        let begun = 0.45 + 0.45 * tables.len() as f64 / count;
+        let progress = part(control, begun..begun + 0.45 / count);
+        let control = Control { progress: &progress, ..*control };
+        tables.push(plan.as_ref().map(|p| p.table(&material.small, keys, quality, &control)).transpose()?);
+    }
+    Ok(tables)
+}
+
+fn report(world: &World<'_>, material: usize, plan: &QueryPlan, table: &QueryTable) -> MaterialReport {
+    MaterialReport {
+        method: plan.summary.method,
+        plan: plan.summary.plan.clone(),
+        facets: plan.summary.facets,
+        rings: plan.rings,
+        cells: table.cells(),
+        pairs: table.pairs,
+        full_table: full_table(&world.scene.materials[material].small, plan.rings),
+        guided: plan.is_guided(),
+        gaps: !world.opacity[material].is_opaque(),
+        error: [plan.facets, plan.interpolation],
+    }
+}
+
+/// What the user should know.
+fn notes(scene: &Scene, quality: &Quality, plans: &[Option<QueryPlan>]) -> Vec<String> {
+    let mut notes: Vec<String> = Vec::new();
+    let mut note = |text: String| {
+        if !notes.contains(&text) {
+            notes.push(text);
+        }
+    };
+    for object in &scene.objects {
+        if let Shape::Mesh(mesh) = &object.shape {
+            mesh.notes.iter().for_each(|n| note(format!("{}: {n}", object.label)));
+        }
+        let distance = (object.middle() - scene.camera.origin).length();
+        if let Some(periods) = object.periods_per_unit {
+            let pixels = periods.map(|p| 1.0 / (p * scene.camera.pixel_width(distance)));
+            if pixels[0].max(pixels[1]) > 1.0 {
+                let (x, y) = (pixels[0], pixels[1]);
+                note(format!("{}: a period covers about {x:.1} x {y:.1} pixels; the picture shows its average", object.label));
+            }
+        }
+    }
+    for (material, plan) in scene.materials.iter().zip(plans) {
+        let name = &material.material.name;
+        material.small.tile.notes.iter().for_each(|n| note(format!("{name}: {n}")));
+        let Some(plan) = plan else {
+            note(format!("{name}: no light reaches it where the camera sees it"));
+            continue;
+        };
+        plan.summary.notes.iter().for_each(|n| note(format!("{name}: {n}")));
+        let error = plan.relative_rms();
+        if error > quality.tolerance {
+            let why = if plan.interpolation > plan.facets {
+                format!("its lobes are too narrow for {} rings of directions", plan.rings)
+            } else {
+                "the values themselves are that far off".to_owned()
+            };
+            note(format!("{name}: the relative RMS error is {error:.2e}, over the tolerance {:.2e}: {why}", quality.tolerance));
+        }
+    }
+    notes
+}

@@ -1,0 +1,18 @@
+//! Scene files: TOML in, a [`Scene`] out, with all that it names loaded and checked.
+//!
+//! The format is documented in `docs/scenes.md`; every mistake names file, line, field, value and remedy.
+
+mod camera;
+mod fields;
+mod file;
+mod light;
+mod material;
+mod object;
+mod shape;
+
+pub use camera::Camera;
+pub use file::{SCENE_TEMPLATE, Scene};
+pub use light::{Light, Surroundings};
+pub use material::SceneMaterial;
+pub use object::Object;
+pub use shape::Shape;
