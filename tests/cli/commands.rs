@@ -88,7 +88,7 @@ fn the_version_is_printed() {
     for (line, key) in lines[1..].iter().zip(["commit", "features", "target", "profile"]) {
         assert!(line.strip_prefix(key).is_some_and(|value| value.len() > 1), "{long}");
     }
-    assert_eq!(long.contains("capture"), cfg!(feature = "capture"), "{long}");
+    assert_eq!(long.contains("features capture"), cfg!(feature = "capture"), "{long}");
 }
 
 #[test]
