@@ -93,16 +93,24 @@ impl Probes {
 ///
 /// ```
 /// use biscale::render::{Scene, render};
+/// use biscale::toml_reader::Source;
 /// use biscale::{Control, Quality};
 ///
-/// # let path = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/scenes/ball.toml");
-/// let mut scene = Scene::load(path.as_ref())?;
-/// (scene.camera.width, scene.camera.height, scene.camera.samples) = (8, 8, 1);
+/// // `Scene::load` reads a file; paths in it are relative to its folder.
+/// let text = r#"
+/// format = 1
+/// camera = { origin = [0, -6, 0], target = [0, 0, 0], fov_deg = 24, width = 8, height = 8, samples = 1 }
+/// light = [{ type = "directional", to_light = [-1, -2, 1], irradiance_rgb = 3 }]
+/// object = [{ kind = "sphere", radius = 1, material = "v-grooves.toml" }]
+/// "#;
+/// let path = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/scene.toml").into();
+/// let scene = Scene::parse(&Source { path, text: text.to_owned() })?;
 /// let quality = Quality { tolerance: 0.1, ..Quality::default() };
 /// let picture = render(&scene, &quality, &Control::quiet())?.picture;
 /// assert_eq!(picture.rgb.len(), 64);
-/// // The ball covers the middle and not the corner.
+/// // The ball covers the middle and not the corner, and the light meets its grooves.
 /// assert_eq!((picture.alpha[4 * 8 + 4], picture.alpha[0]), (1.0, 0.0));
+/// assert!(picture.rgb[4 * 8 + 3][0] > 0.0);
 /// # Ok::<(), biscale::Error>(())
 /// ```
 pub fn render(scene: &Scene, quality: &Quality, control: &Control<'_>) -> Result<Rendered> {

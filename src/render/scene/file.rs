@@ -50,7 +50,8 @@ impl Scene {
     /// let path = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/scenes/ball.toml");
     /// let scene = Scene::load(path.as_ref())?;
     /// assert!(matches!(scene.objects[0].shape, Shape::Sphere(_)));
-    /// assert_eq!(scene.materials.len(), 1);
+    /// // Its silk, and the paper of the floor.
+    /// assert_eq!(scene.materials.len(), 2);
     /// # Ok::<(), biscale::Error>(())
     /// ```
     pub fn load(path: &Path) -> Result<Self> {
