@@ -2,6 +2,7 @@
 
 pub mod cost;
 pub mod exit;
+pub mod figure;
 pub mod file_kind;
 pub mod filter_summary;
 pub mod flags;

@@ -4,7 +4,7 @@ use super::files::{digits, flags};
 use super::flip::mean_flip;
 use super::report_plots::{convergence, profile_plot};
 use super::{pictures, trade};
-use crate::commands::plot::svg::Svg;
+use crate::common::figure::Svg;
 use biscale::error::Result;
 use biscale::formats::svg::png_url;
 use biscale_fit::fit_file::spec::Spec;

@@ -1,7 +1,7 @@
 //! The plots of `report.html`: convergence of the search, and profiles of the objective.
 
 use super::files::digits;
-use crate::commands::plot::svg::{Anchor, Stroke, Svg, stroke};
+use crate::common::figure::{Anchor, Stroke, Svg, stroke};
 use biscale_fit::search::{Entry, Stage};
 use biscale_fit::uncertainty::profile::Profile;
 

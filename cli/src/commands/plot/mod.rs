@@ -1,9 +1,10 @@
 //! `biscale plot`: pictures of a material or of a baked table.
 
 mod polar;
-pub mod svg;
+
 mod view;
 
+use crate::common::figure;
 use crate::common::options::{CommonArgs, QualityArgs};
 use crate::common::output::{self, MadeFolder, Target};
 use crate::common::progress;
@@ -173,13 +174,13 @@ fn pictures(source: &Source, wanted: &Wanted, quality: &Quality, control: &Contr
     if values.iter().any(|v| v.fhat.iter().chain(&v.se).any(|x| !x.is_finite())) {
         return Err(Error::Numeric("a value is not finite; please report this".to_owned()));
     }
-    let figure = slices.draw(name, &how, &values);
-    let mut files = vec![figure.finish(None).into_bytes(), svg::png(&figure.rasterise(POLAR_SCALE, None)?)?];
+    let polar = slices.draw(name, &how, &values);
+    let mut files = vec![polar.finish(None).into_bytes(), figure::png(&polar.rasterise(POLAR_SCALE, None)?)?];
     if let (Source::Material(material, surface), true) = (source, with_view) {
         let progress = |stage: &str, done: f64| (control.progress)(stage, VALUES + (1.0 - VALUES) * done);
         let view = view::view(material, surface, periods, &Control { progress: &progress, ..*control })?;
-        files.push(view.strip.finish(Some((&svg::png(&view.pixels)?, view.height))).into_bytes());
-        files.push(svg::png(&view.strip.rasterise(f32::from(view::SCALE), Some(&view.pixels))?)?);
+        files.push(view.strip.finish(Some((&figure::png(&view.pixels)?, view.height))).into_bytes());
+        files.push(figure::png(&view.strip.rasterise(f32::from(view::SCALE), Some(&view.pixels))?)?);
     }
     Ok(Pictures { files, how, relative_rms, notes })
 }
@@ -198,7 +199,7 @@ impl Folder {
         let names = if with_view { &ENDINGS[..] } else { &ENDINGS[..2] };
         let target = |ending: &str| {
             let path = folder.path().join(format!("{stem}-{ending}"));
-            let target = Target::new(&path, args.force, &[&args.input], |file| output::has_mark(file, svg::MARK))?;
+            let target = Target::new(&path, args.force, &[&args.input], |file| output::has_mark(file, figure::MARK))?;
             Ok((path, target))
         };
         Ok(Self { files: names.iter().map(|ending| target(ending)).collect::<Result<_>>()?, _folder: folder })

@@ -3,9 +3,10 @@
 //! The light stands to the left. A viewer's angle runs from -90 (left, where light returns to where it came from) to 90 degrees
 //! (right, the mirror direction's side); the distance from the centre is the value.
 
-use super::svg::{Anchor, Stroke, Svg, stroke};
+use crate::common::figure::{Anchor, Stroke, Svg, stroke};
 use biscale::direction::Pair;
 use biscale::filter::Value;
+use biscale::numerics::cast::truncate_u32;
 use glam::DVec3;
 
 /// Viewers' angles go to this many degrees on both sides, in steps of one; at 90 a surface has no limit that could be shown.
@@ -172,7 +173,7 @@ impl Panel {
         };
         // Rings with their values below the base line, spokes with their angles around.
         let rings = (self.rim / self.step).round();
-        for ring in 1..=whole(rings) {
+        for ring in 1..=truncate_u32(rings) {
             let radius = RADIUS * f64::from(ring) / rings;
             let outer = f64::from(ring) == rings;
             svg.half_circle(centre, radius, stroke(if outer { GREY } else { FAINT }, if outer { 1.0 } else { 0.8 }));
@@ -270,11 +271,6 @@ fn nice_scale(top: f64) -> (f64, f64) {
     let step = [1.0, 2.0, 2.5, 5.0, 10.0].map(|m| m * power).into_iter().find(|s| *s >= rough * 0.999).unwrap_or(10.0 * power);
     // A curve that ends just above a ring needs no whole ring more.
     ((top / step - 0.02).ceil().max(1.0) * step, step)
-}
-
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a handful of rings")]
-fn whole(x: f64) -> u32 {
-    x as u32
 }
 
 /// A number for a label: at most three significant digits.

@@ -5,7 +5,7 @@
 //! of what covers the surface (its reflectance for light from above) under a light from the left, with its shadows, and a
 //! weaker headlight, so that nothing is black but the back of a face.
 
-use super::svg::{Anchor, Svg, stroke};
+use crate::common::figure::{Anchor, Svg, stroke};
 use biscale::error::Result;
 use biscale::filter::Control;
 use biscale::material::{Material, SmallScale, Tint};

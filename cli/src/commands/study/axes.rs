@@ -1,6 +1,7 @@
 //! A panel of a plot with logarithmic axes: grid, ticks, marks, and what lies outside of none.
 
-use crate::commands::plot::svg::{Anchor, Stroke, Svg, stroke};
+use crate::common::figure::{Anchor, Stroke, Svg, stroke};
+use biscale::numerics::cast::{truncate_i32, truncate_usize};
 
 pub const INK: &str = "#222222";
 pub const GREY: &str = "#6a6a6a";
@@ -142,8 +143,7 @@ impl Panel {
 
 /// Values with one digit within a range of logarithms, and the digit.
 fn ticks(low: f64, high: f64) -> Vec<(f64, u32)> {
-    #[expect(clippy::cast_possible_truncation, reason = "a few decades")]
-    let decades = low.floor() as i32..=high.floor() as i32;
+    let decades = truncate_i32(low.floor())..=truncate_i32(high.floor());
     let all = decades.flat_map(|decade| (1..10_u32).map(move |digit| (f64::from(digit) * 10.0_f64.powi(decade), digit)));
     all.filter(|(v, _)| (low..=high).contains(&v.log10())).collect()
 }
@@ -168,8 +168,7 @@ pub fn significant(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
         return format!("{x}");
     }
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-    let decimals = (1.0 - x.abs().log10().floor()).clamp(0.0, 12.0) as usize;
+    let decimals = truncate_usize((1.0 - x.abs().log10().floor()).clamp(0.0, 12.0));
     let text = format!("{x:.decimals$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }

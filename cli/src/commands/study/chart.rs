@@ -3,7 +3,7 @@
 use super::axes::{GREY, INK, Look, Panel, Shape, TEXT, count, mark, percent, seconds};
 use super::folder::MARK;
 use super::points::{Point, competing};
-use crate::commands::plot::svg::{Anchor, Stroke, Svg, stroke};
+use crate::common::figure::{Anchor, Stroke, Svg, stroke};
 use biscale::filter::LowRankFacts;
 use biscale::study::{Asked, Family, Placement, Precision, Series, Truth, Work};
 

@@ -1,6 +1,6 @@
 //! The folder of a study: what is written where, and whether what is there belongs to the same study.
 
-use crate::commands::plot::svg::Svg;
+use crate::common::figure::Svg;
 use crate::common::output::{self, Target};
 use crate::common::pairs::COLUMNS;
 use biscale::brdf::Brdf;

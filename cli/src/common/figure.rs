@@ -5,6 +5,7 @@
 
 use biscale::error::{Error, Result};
 use biscale::formats::svg::{Element, NAMESPACE, SvgWriter, decimal, path_data, png_url, polygon_points};
+use biscale::numerics::cast::truncate_u32;
 use resvg::tiny_skia::{Pixmap, PixmapPaint, Transform};
 use resvg::usvg;
 use std::sync::Arc;
@@ -182,8 +183,7 @@ impl Svg {
         fonts.load_font_data(dejavu::sans::regular().to_vec());
         let options = usvg::Options { fontdb: Arc::new(fonts), font_family: "DejaVu Sans".to_owned(), ..usvg::Options::default() };
         let tree = usvg::Tree::from_str(&self.finish(None), &options).map_err(|e| failed(&e))?;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some thousand pixels")]
-        let pixels = |length: f64| (length * f64::from(scale)).round() as u32;
+        let pixels = |length: f64| truncate_u32((length * f64::from(scale)).round());
         let mut canvas = Pixmap::new(pixels(self.width), pixels(self.height)).ok_or_else(|| failed(&"it is empty"))?;
         resvg::render(&tree, Transform::from_scale(scale, scale), &mut canvas.as_mut());
         if let Some(image) = image {
