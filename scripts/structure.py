@@ -260,12 +260,18 @@ def unexplained(module):
     """Numbers in the code that are no documented constant or field default."""
     count, lines = 0, module.code.split("\n")
     raw = module.raw.split("\n")
-    inside_params = 0
+    inside_params, inside_const, depth = 0, False, 0
     for k, line in enumerate(lines):
-        if re.search(r"impl\s+Default\s+for|\bconst\s+\w+\s*:\s*(?:Self|\w*Params)\b", line) or inside_params:
+        if re.search(r"impl\s+Default\s+for", line) or inside_params:
             inside_params += line.count("{") - line.count("}")
             continue
-        if re.search(r"\b(?:const|static)\s+\w+\s*:", line) or "#[" in line or "assert" in line:
+        if inside_const or re.search(r"\b(?:const|static)\s+\w+\s*:", line):
+            # A named value may take several lines: to the semicolon outside of all brackets.
+            depth += sum(line.count(c) for c in "([{") - sum(line.count(c) for c in ")]}")
+            inside_const = not (depth <= 0 and line.rstrip().endswith(";"))
+            depth = depth if inside_const else 0
+            continue
+        if "#[" in line or "assert" in line:
             continue
         for m in NUMBER.finditer(line):
             try:

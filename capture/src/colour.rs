@@ -144,16 +144,16 @@ pub fn fit(measured: &[[f64; 3]], reference: &[[f64; 3]]) -> Option<Correction> 
         let values: Vec<f64> = reference.iter().map(|r| r[c]).collect();
         start.extend(least_squares::linear(&rows, &values)?);
     }
-    let wanted: Vec<DVec3> = reference.iter().map(|r| lab_d65((*r).into())).collect();
+    let targets: Vec<DVec3> = reference.iter().map(|r| lab_d65((*r).into())).collect();
     let matrix_of = |p: &[f64]| DMat3::from_cols_array(&std::array::from_fn(|k| p[k])).transpose();
     let residuals = |p: &[f64]| {
         let matrix = matrix_of(p);
-        measured.iter().zip(&wanted).flat_map(|(m, w)| (lab_d65(matrix * DVec3::from(*m)) - w).to_array()).collect()
+        measured.iter().zip(&targets).flat_map(|(m, w)| (lab_d65(matrix * DVec3::from(*m)) - w).to_array()).collect()
     };
     let scale: Vec<f64> = start.iter().map(|v| v.abs().max(1e-3 * start.iter().fold(0.0, |a: f64, b| a.max(b.abs())))).collect();
     let fit = least_squares::minimise(&start, &scale, &residuals)?;
     let matrix = matrix_of(&fit.parameters);
-    let delta_e = measured.iter().zip(&wanted).map(|(m, w)| delta_e_2000(lab_d65(matrix * DVec3::from(*m)).into(), (*w).into())).collect();
+    let delta_e = measured.iter().zip(&targets).map(|(m, w)| delta_e_2000(lab_d65(matrix * DVec3::from(*m)).into(), (*w).into())).collect();
     matrix.is_finite().then_some(Correction { matrix, delta_e })
 }
 

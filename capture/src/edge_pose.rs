@@ -14,7 +14,7 @@
 use crate::edges::GreyImage;
 use crate::least_squares;
 use crate::lens::{Lens, Pose};
-use crate::pose::{PoseEstimate, Sighting, rms};
+use crate::pose::{PoseEstimate, Sighting, UNKNOWNS, moved, rms};
 use glam::{DVec2, DVec3};
 
 /// Where and how sides of markers are measured. All values are chosen, not measured; the test below holds the result to 0.03 degrees and 0.03 mm.
@@ -40,6 +40,14 @@ struct EdgeParams {
     outliers: (f64, f64),
     /// The result is kept if the corners' RMS is at most this many times that of the start, and so many pixels more.
     accepted_rms: (f64, f64),
+    /// Typical change of an unknown, rad and distances: for the derivatives.
+    change: f64,
+    /// Part of a profile's samples whose mean is the dark or the light side: one over this, ...
+    end_part: usize,
+    /// ... but so many samples at least.
+    least_end: usize,
+    /// Distance of an edge from where it is expected, over the reach, beyond which it is another edge.
+    most_off: f64,
 }
 
 const PARAMS: EdgeParams = EdgeParams {
@@ -53,6 +61,10 @@ const PARAMS: EdgeParams = EdgeParams {
     rounds: 3,
     outliers: (5.0, 0.2),
     accepted_rms: (1.5, 0.5),
+    change: 0.1,
+    end_part: 5,
+    least_end: 2,
+    most_off: 0.5,
 };
 
 /// A place of an edge: the point of the sample, where it is seen, and the direction across.
@@ -144,20 +156,20 @@ fn crossing(image: &impl GreyImage, at: DVec2, across: DVec2, reach: f64) -> Opt
     let count = (2.0 * reach / PARAMS.step_px) as usize;
     let step = 2.0 * reach / count as f64;
     let values: Vec<f64> = (0..count).map(|k| image.value(at + ((k as f64 + 0.5) * step - reach) * across)).collect::<Option<_>>()?;
-    let end = (count / 5).max(2);
+    let end = (count / PARAMS.end_part).max(PARAMS.least_end);
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
     let (dark, light) = (mean(&values[..end]), mean(&values[count - end..]));
     if !(light - dark > PARAMS.least_contrast * light) {
         return None;
     }
     let off = reach - values.iter().map(|v| (v - dark) / (light - dark) * step).sum::<f64>();
-    (off.abs() < 0.5 * reach).then_some(off)
+    (off.abs() < PARAMS.most_off * reach).then_some(off)
 }
 
 /// The pose that explains edges best, and its standard deviations.
 fn fit(start: &Pose, mut edges: Vec<Edge>, lens: &Lens) -> Option<(Pose, DVec3, DVec3)> {
     let scale = start.translation.length().max(1.0);
-    let of = |p: &[f64]| start.moved(DVec3::new(p[0], p[1], p[2]), scale * DVec3::new(p[3], p[4], p[5]));
+    let of = |p: &[f64]| moved(start, scale, p);
     let residuals = |pose: &Pose, edges: &[Edge]| -> Vec<f64> {
         edges.iter().map(|e| lens.project(pose.to_camera(e.point)).map_or(f64::NAN, |p| (p - e.pixel).dot(e.across))).collect()
     };
@@ -165,12 +177,12 @@ fn fit(start: &Pose, mut edges: Vec<Edge>, lens: &Lens) -> Option<(Pose, DVec3, 
         if edges.len() < PARAMS.fewest {
             return None;
         }
-        let fit = least_squares::minimise(&[0.0; 6], &[0.1; 6], &|p| residuals(&of(p), &edges))?;
+        let fit = least_squares::minimise(&[0.0; UNKNOWNS], &[PARAMS.change; UNKNOWNS], &|p| residuals(&of(p), &edges))?;
         let pose = of(&fit.parameters);
         if last {
-            let variance = fit.cost / (edges.len() - 6) as f64;
+            let variance = fit.cost / (edges.len() - UNKNOWNS) as f64;
             let covariance = fit.covariance?;
-            let sigma = |k: usize| (variance * covariance[k * 7]).sqrt();
+            let sigma = |k: usize| (variance * covariance[k * (UNKNOWNS + 1)]).sqrt();
             return Some((pose, DVec3::new(sigma(0), sigma(1), sigma(2)), scale * DVec3::new(sigma(3), sigma(4), sigma(5))));
         }
         // What lies far off is no side of a marker.

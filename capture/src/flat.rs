@@ -12,8 +12,22 @@ use crate::shoot::FlatMethod;
 use glam::DVec2;
 use rayon::prelude::*;
 
-/// Blocks across and down that the photograph is averaged over.
+/// Blocks across and down that the photograph is averaged over: of 3:2, about 200 px a side in a photograph of 24 megapixels.
 const BLOCKS: [usize; 2] = [48, 32];
+
+/// Which blocks and which falloffs are used. Chosen, not measured.
+struct FalloffParams {
+    /// Saturated pixels from which on a block is left out.
+    most_saturated: f64,
+    /// Blocks, of all, that must be left: one over this.
+    fewest_part: usize,
+    /// Darkest falloff that is divided by: with less, noise would become everything.
+    darkest: f64,
+    /// Smallest interpolated falloff that is divided by.
+    least_divisor: f64,
+}
+
+const PARAMS: FalloffParams = FalloffParams { most_saturated: 0.01, fewest_part: 4, darkest: 0.05, least_divisor: 0.02 };
 
 /// The falloff, relative to the principal point.
 #[derive(Clone, Debug)]
@@ -55,8 +69,8 @@ impl Falloff {
             let r2 = q.length_squared();
             vec![1.0, r2, r2 * r2, r2 * r2 * r2, q.x, q.y]
         };
-        let used: Vec<usize> = (0..places.len()).filter(|&k| saturated[k] < 0.01 && green(k) > 0.0).collect();
-        if used.len() < places.len() / 4 {
+        let used: Vec<usize> = (0..places.len()).filter(|&k| saturated[k] < PARAMS.most_saturated && green(k) > 0.0).collect();
+        if used.len() < places.len() / PARAMS.fewest_part {
             return None;
         }
         let rows: Vec<Vec<f64>> = used.iter().map(|&k| row(places[k])).collect();
@@ -77,8 +91,7 @@ impl Falloff {
         let grid = std::array::from_fn(|c| grid[c].iter().map(|v| v / at_centre[c]).collect());
         let mut out = Self { method, radial, centre, farthest, tilt, residual, darkest: 1.0, grid, size: [width, height] };
         out.darkest = (0..=100).map(|k| out.polynomial((f64::from(k) / 100.0).powi(2))).fold(1.0, f64::min);
-        // A divisor near nothing would make noise of everything.
-        (out.darkest > 0.05).then_some(out)
+        (out.darkest > PARAMS.darkest).then_some(out)
     }
 
     fn polynomial(&self, r2: f64) -> f64 {
@@ -89,7 +102,7 @@ impl Falloff {
     pub fn at(&self, channel: usize, pixel: DVec2) -> f64 {
         match self.method {
             FlatMethod::Radial => self.polynomial((pixel - self.centre).length_squared() / (self.farthest * self.farthest)),
-            FlatMethod::Divide => self.interpolate(channel, pixel).max(0.02),
+            FlatMethod::Divide => self.interpolate(channel, pixel).max(PARAMS.least_divisor),
         }
     }
 

@@ -25,6 +25,45 @@ pub struct BallOutline {
     pub rays: usize,
 }
 
+/// How a ball's rim is told from other edges. Chosen, not measured; the tests below and of `capture/tests/lights.rs` hold the directions to what they need.
+struct OutlineParams {
+    /// Fewest directions around the ball that must agree on a cone; three determine it.
+    fewest: usize,
+    /// Rounds of fitting a cone to the rays that agree with it; it settles in two or three.
+    rounds: usize,
+    /// Agreement over the best from which on a cone counts as nearly as good.
+    nearly: f64,
+    /// Least standard deviation of a ray, rad: a two-hundredth of a pixel at a focal length of 5000.
+    least_sigma: f64,
+    /// Step of the numeric derivatives over the half angle.
+    step: f64,
+    /// Largest standard deviation that is stated, rad: about a quarter turn says that nothing is known.
+    most_sigma: f64,
+}
+
+const OUTLINE: OutlineParams = OutlineParams { fewest: 8, rounds: 4, nearly: 0.8, least_sigma: 1e-6, step: 1e-3, most_sigma: 1.5 };
+
+/// How the tip of a shadow is sought. Chosen, not measured.
+struct ShadowParams {
+    /// Light relative to paper below which a place is in the shadow: between the dark of a shadow and print.
+    dark: f64,
+    /// Directions this near to the stick itself are left out, degrees.
+    beside_stick_deg: f64,
+    /// Directions that are looked along: half a degree each.
+    rays: u32,
+    /// Steps from the foot at which that begins: the foot itself is dark.
+    first: f64,
+    /// Lighter samples in a row that end a shadow; fewer are noise, or print.
+    missed: u32,
+    /// Fewest steps of a shadow.
+    shortest: f64,
+    /// Length over the longest from which on a ray reaches the end of the shadow.
+    reaches: f64,
+}
+
+const SHADOW: ShadowParams =
+    ShadowParams { dark: 0.6, beside_stick_deg: 12.0, rays: 720, first: 6.0, missed: 4, shortest: 4.0, reaches: 0.93 };
+
 /// Fits the cone of rays that touch a ball: `d . a = 1` for `a = axis / cos(half angle)`, which is linear.
 ///
 /// The outline of a ball in a picture is no circle, but the rays are always a cone. A ball mirrors what is right behind its rim, so the rim is faint, and
@@ -32,11 +71,8 @@ pub struct BallOutline {
 /// Three far apart give a cone; the one that most directions agree with to `tolerance`, rad (the largest of nearly equal ones), is refined by those. `None` if fewer than 8 agree, or
 /// the rays are of no cone.
 pub fn ball_outline(edges: &[Vec<DVec3>], tolerance: f64) -> Option<BallOutline> {
-    const FEWEST: usize = 8;
-    const ROUNDS: usize = 4;
-    const NEARLY: f64 = 0.8;
     let edges: Vec<&Vec<DVec3>> = edges.iter().filter(|e| !e.is_empty()).collect();
-    if edges.len() < FEWEST {
+    if edges.len() < OUTLINE.fewest {
         return None;
     }
     let cone = |rays: &[DVec3]| {
@@ -71,12 +107,12 @@ pub fn ball_outline(edges: &[Vec<DVec3>], tolerance: f64) -> Option<BallOutline>
     }
     // What the ball mirrors lies inside of its rim and looks much like one: of cones that agree with nearly as many directions, the largest.
     let most = cones.iter().map(|c| c.0).max()?;
-    let nearly = cones.iter().filter(|c| c.0 as f64 >= NEARLY * most as f64);
+    let nearly = cones.iter().filter(|c| c.0 as f64 >= OUTLINE.nearly * most as f64);
     let mut found = nearly.max_by(|a, b| a.1.1.total_cmp(&b.1.1))?.1;
     let mut used = Vec::new();
-    for _ in 0..ROUNDS {
+    for _ in 0..OUTLINE.rounds {
         used = agreeing(found);
-        if used.len() < FEWEST {
+        if used.len() < OUTLINE.fewest {
             return None;
         }
         found = cone(&used)?;
@@ -104,8 +140,8 @@ pub fn mirror_ball(outline: &BallOutline, highlight: DVec3, ray_sigma: f64) -> O
     let l = direction(outline.axis, outline.half_angle, highlight)?;
     // What a step of each unknown does, two across the axis, one in size, two of the highlight.
     let across = outline.axis.any_orthonormal_pair();
-    let fit_sigma = outline.rms.max(1e-6) / (outline.rays as f64 / 3.0).sqrt();
-    let h = 1e-3 * outline.half_angle;
+    let fit_sigma = outline.rms.max(OUTLINE.least_sigma) / (outline.rays as f64 / 3.0).sqrt();
+    let h = OUTLINE.step * outline.half_angle;
     let mut variance = 0.0;
     let mut add = |changed: Option<DVec3>, sigma: f64| {
         // A highlight at the very rim is not determined: a quarter turn stands for that.
@@ -116,7 +152,7 @@ pub fn mirror_ball(outline: &BallOutline, highlight: DVec3, ray_sigma: f64) -> O
         add(direction(outline.axis, outline.half_angle, (highlight + h * step).normalize()), ray_sigma);
     }
     add(direction(outline.axis, outline.half_angle - h, highlight), fit_sigma);
-    Some(DirectionEstimate { direction: l, sigma: variance.sqrt().min(1.5) })
+    Some(DirectionEstimate { direction: l, sigma: variance.sqrt().min(OUTLINE.most_sigma) })
 }
 
 /// The light that throws the shadow of a stick's tip: both in the sample's frame, mm; `sigma_mm` is the standard deviation of the shadow's and of the tip's place.
@@ -124,13 +160,15 @@ pub fn stick(tip: DVec3, shadow: DVec3, sigma_mm: f64) -> Option<DirectionEstima
     let to = tip - shadow;
     let length = to.length();
     // Across the direction, tip and shadow err by as much each.
-    (length > 1e-6 && to.z > 0.0)
-        .then(|| DirectionEstimate { direction: to / length, sigma: (std::f64::consts::SQRT_2 * sigma_mm / length).min(1.5) })
+    (length > 1e-6 && to.z > 0.0).then(|| DirectionEstimate {
+        direction: to / length,
+        sigma: (std::f64::consts::SQRT_2 * sigma_mm / length).min(OUTLINE.most_sigma),
+    })
 }
 
 /// Several estimates put together by their weights, and the largest angle between two of them, rad. `None` without any.
 pub fn combine(estimates: &[DirectionEstimate]) -> Option<(DirectionEstimate, f64)> {
-    let weight = |e: &DirectionEstimate| 1.0 / e.sigma.max(1e-6).powi(2);
+    let weight = |e: &DirectionEstimate| 1.0 / e.sigma.max(OUTLINE.least_sigma).powi(2);
     let sum: DVec3 = estimates.iter().map(|e| weight(e) * e.direction).sum();
     let total: f64 = estimates.iter().map(weight).sum();
     let direction = sum.try_normalize()?;
@@ -154,20 +192,16 @@ pub fn on_plane(eye: DVec3, direction: DVec3, height: f64) -> Option<DVec3> {
 /// The tip of the shadow that a stick throws, in a plane around its foot: `light_at(place)` is the light at a place, relative to paper in the light.
 ///
 /// Looks along rays from the foot, in steps of `step` to `reach`, mm, for the longest dark line that is not the stick itself as the camera sees it: directions
-/// within 12 degrees of `stick_itself` are left out. `None` if no line is dark, or the longest one
+/// near to `stick_itself` are left out. `None` if no line is dark, or the longest one
 /// leaves the picture, where `light_at` is `None`.
 pub fn shadow_tip(foot: DVec2, stick_itself: DVec2, reach: f64, step: f64, light_at: &dyn Fn(DVec2) -> Option<f64>) -> Option<DVec2> {
-    const DARK: f64 = 0.6;
-    const BESIDE_STICK: f64 = 12.0;
-    const RAYS: u32 = 720;
-    let start = 6.0 * step;
+    let start = SHADOW.first * step;
     let run = |direction: DVec2| {
         let mut last = 0.0;
         let (mut missed, mut at, mut leaves) = (0, start, false);
-        // A few lighter samples in between are noise, or print.
-        while at < reach && missed < 4 {
+        while at < reach && missed < SHADOW.missed {
             match light_at(foot + at * direction) {
-                Some(light) if light < DARK => (last, missed) = (at, 0),
+                Some(light) if light < SHADOW.dark => (last, missed) = (at, 0),
                 Some(_) => missed += 1,
                 None => {
                     leaves = true;
@@ -178,19 +212,19 @@ pub fn shadow_tip(foot: DVec2, stick_itself: DVec2, reach: f64, step: f64, light
         }
         (last, leaves)
     };
-    let away = |d: DVec2| stick_itself.length() < 1e-9 || d.angle_to(stick_itself).abs().to_degrees() > BESIDE_STICK;
-    let runs: Vec<((f64, bool), DVec2)> = (0..RAYS)
-        .map(|k| DVec2::from_angle(f64::from(k) / f64::from(RAYS) * std::f64::consts::TAU))
+    let away = |d: DVec2| stick_itself.length() < 1e-9 || d.angle_to(stick_itself).abs().to_degrees() > SHADOW.beside_stick_deg;
+    let runs: Vec<((f64, bool), DVec2)> = (0..SHADOW.rays)
+        .map(|k| DVec2::from_angle(f64::from(k) / f64::from(SHADOW.rays) * std::f64::consts::TAU))
         .map(|d| (if away(d) { run(d) } else { (0.0, false) }, d))
         .collect();
     let longest = runs.iter().map(|r| r.0.0).fold(0.0, f64::max);
     // A shadow that leaves the picture has its tip elsewhere.
-    let leaves = runs.iter().any(|r| r.0.1 && r.0.0 > 0.93 * longest);
-    if leaves || longest < start + 4.0 * step {
+    let leaves = runs.iter().any(|r| r.0.1 && r.0.0 > SHADOW.reaches * longest);
+    if leaves || longest < start + SHADOW.shortest * step {
         return None;
     }
     // The middle of the rays that reach the end of the shadow, which is as wide as the stick.
-    let sum: DVec2 = runs.iter().filter(|r| r.0.0 > 0.93 * longest).map(|r| r.1).sum();
+    let sum: DVec2 = runs.iter().filter(|r| r.0.0 > SHADOW.reaches * longest).map(|r| r.1).sum();
     Some(foot + (longest + 0.5 * step) * sum.try_normalize()?)
 }
 

@@ -142,9 +142,11 @@ pub fn merge(brackets: Vec<(PlanarImage, Vec<bool>, Exposure)>) -> Option<Linear
 /// Exponent `g` of `value = light^g` between two brackets of one view, by the median over pixels that both record well; `None` if there are
 /// too few, or the exposures are too near.
 pub fn bracket_exponent(short: &PlanarImage, long: &PlanarImage, saturated: &[bool], ratio: f64) -> Option<f64> {
+    /// Sensor value from which on read noise does not count, fewest pixels of a median, and least ratio of exposures that tells an exponent. Chosen.
     const LEAST: f32 = 0.02;
     const FEWEST: usize = 200;
-    if !(ratio > 1.3) {
+    const LEAST_RATIO: f64 = 1.3;
+    if !(ratio > LEAST_RATIO) {
         return None;
     }
     let mut logs: Vec<f64> = short.planes[1]

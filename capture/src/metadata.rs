@@ -21,7 +21,7 @@ pub struct Metadata {
 }
 
 impl Metadata {
-    /// Of the bytes of a file with this (lower-case) ending. What cannot be read is not there.
+    /// Reads the metadata of a file with this (lower-case) ending from its bytes. What cannot be read is `None`.
     pub fn of(ending: &str, bytes: &[u8]) -> Self {
         let mut out = if ending == "exr" { Self::exr(bytes) } else { Self::exif(bytes) };
         if let Some(curve) = tone_curve(ending, bytes) {

@@ -28,8 +28,30 @@ pub struct PoseEstimate {
     pub used: Vec<bool>,
 }
 
+/// How a pose is refined. Chosen, not measured.
+struct PoseParams {
+    /// Rounds of leaving out sightings that lie far off.
+    rounds: usize,
+    /// Sightings farther off than this many medians are left out (a marker that came loose), but never those below the second value, px.
+    outliers: (f64, f64),
+    /// Typical change of an unknown, rad and distances: for the derivatives.
+    change: f64,
+    /// Fewest sightings for the size of a pattern: seven unknowns with some to spare.
+    fewest_for_scale: usize,
+}
+
+const PARAMS: PoseParams = PoseParams { rounds: 3, outliers: (5.0, 0.5), change: 0.1, fewest_for_scale: 12 };
+
+/// Unknowns of a pose: turn about the camera's axes, and shift over the distance.
+pub(crate) const UNKNOWNS: usize = 6;
+
 /// Sightings that determine a pose.
 pub const FEWEST: usize = 4;
+
+/// A pose changed by the unknowns; `scale` is the distance.
+pub(crate) fn moved(start: &Pose, scale: f64, p: &[f64]) -> Pose {
+    start.moved(DVec3::new(p[0], p[1], p[2]), scale * DVec3::new(p[3], p[4], p[5]))
+}
 
 fn residuals(pose: &Pose, sightings: &[Sighting], lens: &Lens) -> Vec<f64> {
     let off = |s: &Sighting| lens.project(pose.to_camera(s.point)).map_or(DVec2::NAN, |p| p - s.pixel);
@@ -41,32 +63,32 @@ pub fn rms(pose: &Pose, sightings: &[Sighting], lens: &Lens) -> f64 {
     (residuals(pose, sightings, lens).iter().map(|r| r * r).sum::<f64>() / sightings.len() as f64).sqrt()
 }
 
-/// Refines a pose by least squares over the reprojection errors, leaving out sightings that lie five medians off (a marker that came loose).
+/// Refines a pose by least squares over the reprojection errors, leaving out sightings that lie far off.
 ///
 /// `None` if they do not determine a pose.
 pub fn refine(start: &Pose, sightings: &[Sighting], lens: &Lens) -> Option<PoseEstimate> {
     let mut used = vec![true; sightings.len()];
     let mut pose = *start;
-    for round in 0..3 {
+    for round in 0..PARAMS.rounds {
         let kept: Vec<Sighting> = sightings.iter().zip(&used).filter(|(_, u)| **u).map(|(s, _)| *s).collect();
         if kept.len() < FEWEST {
             return None;
         }
         let base = pose;
         let scale = base.translation.length().max(1.0);
-        let of = |p: &[f64]| base.moved(DVec3::new(p[0], p[1], p[2]), scale * DVec3::new(p[3], p[4], p[5]));
-        let fit = least_squares::minimise(&[0.0; 6], &[0.1; 6], &|p| residuals(&of(p), &kept, lens))?;
+        let of = |p: &[f64]| moved(&base, scale, p);
+        let fit = least_squares::minimise(&[0.0; UNKNOWNS], &[PARAMS.change; UNKNOWNS], &|p| residuals(&of(p), &kept, lens))?;
         pose = of(&fit.parameters);
         let distances: Vec<f64> = residuals(&pose, sightings, lens).chunks(2).map(|r| r[0].hypot(r[1])).collect();
         let mut sorted: Vec<f64> = distances.iter().zip(&used).filter(|(_, u)| **u).map(|(d, _)| *d).collect();
         let middle = sorted.len() / 2;
         let median = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1;
-        let next: Vec<bool> = distances.iter().map(|d| *d <= (5.0 * median).max(0.5)).collect();
-        if round == 2 || next == used {
-            let freedom = (2 * kept.len()).saturating_sub(6).max(1) as f64;
+        let next: Vec<bool> = distances.iter().map(|d| *d <= (PARAMS.outliers.0 * median).max(PARAMS.outliers.1)).collect();
+        if round + 1 == PARAMS.rounds || next == used {
+            let freedom = (2 * kept.len()).saturating_sub(UNKNOWNS).max(1) as f64;
             let variance = fit.cost / freedom;
             let covariance = fit.covariance?;
-            let sigma = |k: usize| (variance * covariance[k * 7]).sqrt();
+            let sigma = |k: usize| (variance * covariance[k * (UNKNOWNS + 1)]).sqrt();
             return Some(PoseEstimate {
                 pose,
                 sigma_turn: DVec3::new(sigma(0), sigma(1), sigma(2)),
@@ -83,19 +105,19 @@ pub fn refine(start: &Pose, sightings: &[Sighting], lens: &Lens) -> Option<PoseE
 /// How large the points' pattern is relative to what it should be, and its standard deviation, for a pattern whose shape changes with its size: on a
 /// cylinder of known radius. `at(k)` are the points of a pattern `k` times as large.
 pub fn relative_scale(start: &Pose, pixels: &[DVec2], lens: &Lens, at: &dyn Fn(f64) -> Vec<DVec3>) -> Option<(f64, f64)> {
-    if pixels.len() < 12 {
+    if pixels.len() < PARAMS.fewest_for_scale {
         return None;
     }
     let scale = start.translation.length().max(1.0);
     let cost = |p: &[f64]| {
-        let pose = start.moved(DVec3::new(p[0], p[1], p[2]), scale * DVec3::new(p[3], p[4], p[5]));
+        let pose = moved(start, scale, p);
         let sightings: Vec<Sighting> =
             at(1.0 + p[6]).into_iter().zip(pixels).map(|(point, pixel)| Sighting { point, pixel: *pixel }).collect();
         residuals(&pose, &sightings, lens)
     };
-    let fit = least_squares::minimise(&[0.0; 7], &[0.1; 7], &cost)?;
-    let variance = fit.cost / (2 * pixels.len() - 7) as f64;
-    Some((1.0 + fit.parameters[6], (variance * fit.covariance?[48]).sqrt()))
+    let fit = least_squares::minimise(&[0.0; UNKNOWNS + 1], &[PARAMS.change; UNKNOWNS + 1], &cost)?;
+    let variance = fit.cost / (2 * pixels.len() - (UNKNOWNS + 1)) as f64;
+    Some((1.0 + fit.parameters[6], (variance * fit.covariance?[(UNKNOWNS + 1).pow(2) - 1]).sqrt()))
 }
 
 #[cfg(test)]

@@ -57,7 +57,7 @@ pub fn undistort(photo: PlanarImage, saturated: &[bool], lens: &Lens) -> Masked 
     resample(&photo, saturated, photo.width, photo.height, &|pixel| Some(lens.pixel(lens.distort(lens.place(pixel)))))
 }
 
-/// Which pixels of an undistorted photograph show the sample, with its normal less than this from the view.
+/// Angle between normal and view, degrees, from which on a pixel of the sample is not used. Chosen: at 80 degrees a pixel covers six times as much.
 const GRAZING_DEG: f64 = 80.0;
 
 /// Which pixels of an undistorted photograph show the sample, `border` px inside of its outline (right, left, up and down of them it is seen, too), not at
@@ -100,15 +100,19 @@ pub struct Rectified {
     pub origin: DVec2,
 }
 
-/// Most pixels on a side of a rectified picture.
+/// Most pixels on a side of a rectified picture: what bounds its memory to 430 MB.
 const MOST: f64 = 6000.0;
 
 /// The part of the sample that a photograph shows not too obliquely, as seen straight on, with pixels as large as the photograph's own where it looks
 /// most directly. `None` if it shows nothing.
 pub fn rectify(photo: &PlanarImage, saturated: &[bool], lens: &Lens, pose: &Pose, shape: &Shape) -> Option<Rectified> {
+    /// Places along each axis of the photograph that are looked at.
     const STEPS: u32 = 60;
-    /// Foreshortening relative to the best place.
+    /// Foreshortening relative to the best place from which on a place belongs to the part that is rectified. Chosen.
     const OBLIQUE: f64 = 0.75;
+    /// Cosine between normal and view below which a place has no value, and fewest pixels of a side. Chosen.
+    const LEAST_COSINE: f64 = 0.2;
+    const LEAST_SIDE: usize = 8;
     let eye = pose.eye();
     let back = pose.rotation.transpose();
     let pinhole = lens.pinhole();
@@ -136,13 +140,13 @@ pub fn rectify(photo: &PlanarImage, saturated: &[bool], lens: &Lens, pose: &Pose
     let mm_per_px = (2.0 * depth / (pinhole.focal.x + pinhole.focal.y)).max(size.max_element() / MOST);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most MOST")]
     let (width, height) = ((size.x / mm_per_px).floor() as usize, (size.y / mm_per_px).floor() as usize);
-    if width < 8 || height < 8 {
+    if width < LEAST_SIDE || height < LEAST_SIDE {
         return None;
     }
     let source = |pixel: DVec2| {
         let st = low + DVec2::new(pixel.x + 0.5, height as f64 - 0.5 - pixel.y) * mm_per_px;
         let place = shape.at(st, 0.0);
-        if (eye - place.point).normalize().dot(place.normal) < 0.2 {
+        if (eye - place.point).normalize().dot(place.normal) < LEAST_COSINE {
             return None;
         }
         lens.project(pose.to_camera(place.point))

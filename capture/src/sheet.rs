@@ -42,9 +42,9 @@ pub enum Target {
     },
     /// A cylinder.
     Cylinder {
-        /// Of the bare cylinder.
+        /// Radius of the bare cylinder.
         radius: f64,
-        /// Of the wrapped part.
+        /// Height of the wrapped part.
         height: f64,
     },
     /// The side of a cone; not supported here.

@@ -44,7 +44,7 @@ pub struct PhotoView {
 }
 
 impl PhotoView {
-    /// Of a photograph; saturated pixels are tinted. `encoded`: its values go to the screen as they are, else they are scaled and get the curve of sRGB.
+    /// The view of a photograph; saturated pixels are tinted. `encoded` values are shown as they are, others are scaled and encoded by the curve of sRGB.
     pub fn new(title: &str, role: &'static str, picture: &PlanarImage, saturated: Option<&[bool]>, encoded: bool) -> Self {
         Self {
             title: title.to_owned(),

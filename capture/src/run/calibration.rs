@@ -135,9 +135,9 @@ impl Session<'_> {
     }
 
     /// What a board view shows, or why it does not.
-    fn board_checks(&mut self, name: &str, gray: &GreyImage8, found: &board::DetectedBoard, layout: &Board) -> Result<()> {
+    fn board_checks(&mut self, name: &str, grey: &GreyImage8, found: &board::DetectedBoard, layout: &Board) -> Result<()> {
         if found.corners.is_empty() {
-            return self.nothing_found(name, gray, layout.dictionary.as_ref(), "the board", Severity::Warn);
+            return self.nothing_found(name, grey, layout.dictionary.as_ref(), "the board", Severity::Warn);
         }
         let share = found.corners.len() as f64 / layout.count() as f64;
         if share < PARTIAL {
@@ -155,13 +155,13 @@ impl Session<'_> {
             );
         }
         let sides: Vec<[DVec2; 4]> = found.markers.iter().map(|m| m.1).collect();
-        self.sharpness(name, gray, &sides, layout.dictionary.as_ref());
+        self.sharpness(name, grey, &sides, layout.dictionary.as_ref());
         Ok(())
     }
 
     /// Checks the spread of the edges of markers; photographs without markers of some size say nothing.
-    pub(super) fn sharpness(&mut self, name: &str, gray: &impl edges::GreyImage, sides: &[[DVec2; 4]], dictionary: Option<&Dictionary>) {
-        if let Some(spread) = dictionary.and_then(|d| edges::spread(gray, sides, d.cells() as f64)) {
+    pub(super) fn sharpness(&mut self, name: &str, grey: &impl edges::GreyImage, sides: &[[DVec2; 4]], dictionary: Option<&Dictionary>) {
+        if let Some(spread) = dictionary.and_then(|d| edges::spread(grey, sides, d.cells() as f64)) {
             let bad = "edges are spread: focus, close the aperture a little, use a tripod";
             self.checks.limit(CheckCode::Blurry, Reading::of(name, spread, "px (10 to 90 %)"), BLURRY, "edges are sharp", bad);
         }
@@ -171,12 +171,12 @@ impl Session<'_> {
     pub(super) fn nothing_found(
         &mut self,
         name: &str,
-        gray: &GreyImage8,
+        grey: &GreyImage8,
         dictionary: Option<&Dictionary>,
         what: &str,
         severity: Severity,
     ) -> Result<()> {
-        let other = markers::other_family(gray, dictionary)?;
+        let other = markers::other_family(grey, dictionary)?;
         if let Some((family, count)) = &other {
             let ours = dictionary.map_or_else(|| "no chessboard".to_owned(), |d| format!("none of {}", d.name()));
             let message = format!("found other marker family: {count} markers of {family}, {ours}; is this the right photograph?");

@@ -23,7 +23,7 @@ fn unit(in_mm: bool) -> &'static str {
     if in_mm { "mm" } else { "px" }
 }
 
-/// A relief for people.
+/// Rows of the report for a relief.
 fn relief_rows(r: &Relief, in_mm: bool) -> Vec<(String, String)> {
     let mut out = vec![("relief".to_owned(), format!("{:?}", r.profile))];
     out.extend(r.period.iter().map(|p| ("period".to_owned(), format!("{:.4} +/- {:.4} {}", p.value, p.error, unit(in_mm)))));
@@ -98,7 +98,7 @@ fn axis(a: &Axis) -> Value {
     })
 }
 
-/// As `docs/capture-format.md` describes it.
+/// The JSON that `docs/capture-format.md` describes.
 fn describe(analysis: &Analysis, w: &Weave) -> Value {
     let row = |j: usize| -> String { (0..w.draft.columns).map(|i| if w.draft.over(i, j) { '1' } else { '0' }).collect() };
     json!({
@@ -119,7 +119,7 @@ fn describe(analysis: &Analysis, w: &Weave) -> Value {
     })
 }
 
-/// The same for people.
+/// Rows of the report.
 fn rows(w: &Weave, in_mm: bool) -> Vec<(String, String)> {
     let unit = unit(in_mm);
     let mut out = vec![("class".to_owned(), format!("{} (confidence {:.2})", w.class, w.confidence))];
@@ -139,6 +139,9 @@ fn rows(w: &Weave, in_mm: bool) -> Vec<(String, String)> {
     out
 }
 
+/// Lines of the repeat's grid to each side of the middle, at most.
+const MOST_LINES: f64 = 50.0;
+
 /// Lines of the repeat's grid over the rectified picture, px: through its middle and as many to each side as fit, not more than a hundred.
 fn lines(w: &Weave, mm_per_px: f64, width: usize, height: usize) -> Vec<[DVec2; 2]> {
     let middle = 0.5 * DVec2::new(width as f64, height as f64);
@@ -154,7 +157,7 @@ fn lines(w: &Weave, mm_per_px: f64, width: usize, height: usize) -> Vec<[DVec2; 
         let along = if upright { DVec2::new(-sin, -cos) } else { DVec2::new(cos, -sin) };
         let across = along.perp();
         #[expect(clippy::cast_possible_truncation, reason = "at most a hundred")]
-        let count = (reach / step).min(50.0) as i32;
+        let count = (reach / step).min(MOST_LINES) as i32;
         for k in -count..=count {
             let at = middle + f64::from(k) * step * across;
             out.push([at - reach * along, at + reach * along]);

@@ -12,11 +12,13 @@ use biscale::error::Result;
 use biscale::formats::capture::{Colour, Light, Severity};
 use glam::{DMat3, DVec3};
 
-/// A mean error over this means that what was found is no checker.
+/// A mean Delta E 2000 over this means that what was found is no checker. Chosen.
 const NO_CHECKER: f64 = 25.0;
+/// Cosine between a checker's normal and the light below which its brightness tells no irradiance (87 degrees). Chosen.
+const LEAST_COSINE: f64 = 0.05;
 
 impl Session<'_> {
-    /// From the first checker that can be used; the other ones tell how bright their lights are.
+    /// Finds the colour matrix by the first checker that can be used; the other checkers tell how bright their lights are.
     pub(super) fn colour(&mut self) -> Result<Option<Colour>> {
         let shoot = self.shoot;
         for spec in shoot.of_role(Role::Checker) {
@@ -117,7 +119,7 @@ impl Session<'_> {
         self.checks.valued(CheckCode::CheckerBadFit, severity, Reading::of(name, worst, "Delta E 2000, worst patch"), threshold, message);
     }
 
-    /// From the patches of the sheet: as they were sent to the printer, so only as good as that prints.
+    /// Finds the colour matrix by the patches of the sheet, whose references are what was sent to the printer: only as good as that prints.
     fn colours_of_sheet(&mut self) -> Result<()> {
         let shoot = self.shoot;
         let Registration::Sheet(sheet) = &shoot.sample.on else { return Ok(()) };
@@ -153,7 +155,7 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// Does something whose findings are told elsewhere.
+    /// Runs a step without keeping its checks and views: they are told elsewhere.
     fn quietly<T>(&mut self, work: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
         let (checks, views, settings) = (self.checks.clone(), self.report.views.len(), self.settings.clone());
         let out = work(self);
@@ -167,7 +169,7 @@ impl Session<'_> {
         let Some(normal) = self.shoot.checker_normal else { return };
         for light in lights {
             let cosine = normal.dot(light.direction.into());
-            if let (Some(brightness), true) = (self.brightness.get(&light.name), cosine > 0.05) {
+            if let (Some(brightness), true) = (self.brightness.get(&light.name), cosine > LEAST_COSINE) {
                 light.irradiance_rgb = Some([brightness * std::f64::consts::PI / cosine; 3]);
             }
         }

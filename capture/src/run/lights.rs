@@ -14,8 +14,24 @@ use biscale::formats::capture::{Light, LightSource, Severity};
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
 
-/// Edges this near to a ball's outline belong to it, px.
-const RIM_PX: f64 = 1.0;
+/// How balls and shadows are judged. Chosen, not measured.
+struct LightParams {
+    /// Distance from a ball's outline within which edges belong to it, px.
+    rim_px: f64,
+    /// Radius of a highlight whose place the shoot file gives, where a ball is sought around it, px.
+    given_spot_px: f64,
+    /// Standard deviation of the middle of a highlight: px, and a part of its radius.
+    spot_sigma: (f64, f64),
+    /// Places around a stick's foot, of 180, that must be in the picture for its paper to be told.
+    fewest_around: usize,
+    /// Reach of the search for a shadow in heights of the stick: the light is 5 degrees over the ground then.
+    shadow_reach: f64,
+    /// Standard deviation of a shadow's tip, px.
+    shadow_sigma_px: f64,
+}
+
+const PARAMS: LightParams =
+    LightParams { rim_px: 1.0, given_spot_px: 2.0, spot_sigma: (0.25, 0.1), fewest_around: 60, shadow_reach: 12.0, shadow_sigma_px: 1.5 };
 
 impl Session<'_> {
     /// All lights that the shoot file names, or that a photograph shows.
@@ -113,12 +129,12 @@ impl Session<'_> {
         let candidates = match spec.ball_px {
             Some(circle) => vec![circle],
             None => {
-                let gray = GreyImage8::of(&shot.linear.picture, false);
+                let grey = GreyImage8::of(&shot.linear.picture, false);
                 let spots = match spec.highlight_px {
-                    Some(spot) => vec![(spot, 2.0)],
+                    Some(spot) => vec![(spot, PARAMS.given_spot_px)],
                     None => circle::spots(&shot.linear.picture),
                 };
-                let around: Result<Vec<Vec<[f64; 3]>>> = spots.into_iter().map(|(spot, size)| circle::around(&gray, spot, size)).collect();
+                let around: Result<Vec<Vec<[f64; 3]>>> = spots.into_iter().map(|(spot, size)| circle::around(&grey, spot, size)).collect();
                 around?.concat()
             }
         };
@@ -128,7 +144,7 @@ impl Session<'_> {
             let rays: Vec<Vec<DVec3>> =
                 circle::outline(&luminance, candidate).iter().map(|e| e.iter().filter_map(|p| lens.ray(*p)).collect()).collect();
             let pixel = 1.0 / (0.5 * (lens.focal.x + lens.focal.y));
-            let Some(outline) = light::ball_outline(&rays, RIM_PX * pixel) else { continue };
+            let Some(outline) = light::ball_outline(&rays, PARAMS.rim_px * pixel) else { continue };
             let spot = spec.highlight_px.map(|p| (p, 1.0)).or_else(|| circle::highlight(&luminance, candidate));
             let Some((spot, size)) = spot else { continue };
             let misfit = 1.0 / outline.rays as f64;
@@ -147,7 +163,7 @@ impl Session<'_> {
         view.marks.push(Mark::Cross(spot));
         let Some(ray) = lens.ray(spot) else { return Ok(Err("the highlight lies where the lens cannot see".into())) };
         // The middle of a spot is known to a small part of its size.
-        let sigma = (0.25 + 0.1 * size) / (0.5 * (lens.focal.x + lens.focal.y));
+        let sigma = (PARAMS.spot_sigma.0 + PARAMS.spot_sigma.1 * size) / (0.5 * (lens.focal.x + lens.focal.y));
         Ok(match light::mirror_ball(&outline, ray, sigma) {
             Some(e) => Ok(DirectionEstimate { direction: (pose.rotation.transpose() * e.direction).normalize(), sigma: e.sigma }),
             None => Err("the highlight does not lie on the ball: correct `ball_px` or `highlight_px`".into()),
@@ -174,7 +190,7 @@ impl Session<'_> {
                 let value = |p: DVec2| luminance.value(on_ground(p)?);
                 let ring = (0..180).map(|k| value(stick.foot + stick.height * DVec2::from_angle(f64::from(k).to_radians() * 2.0)));
                 let mut around: Vec<f64> = ring.flatten().collect();
-                if around.len() < 60 {
+                if around.len() < PARAMS.fewest_around {
                     return Err("the surroundings of the stick are not in the picture: give the tip of the shadow as `shadow_px`".into());
                 }
                 let k = around.len() * 3 / 4;
@@ -184,7 +200,7 @@ impl Session<'_> {
                 // The stick hides what is behind it, seen from the camera.
                 let hidden = light::on_plane(eye, tip - eye, ground).map_or(DVec2::ZERO, |p| p.truncate() - stick.foot);
                 let look = |p: DVec2| value(p).map(|v| v / paper);
-                light::shadow_tip(stick.foot, hidden, 12.0 * stick.height, step, &look)
+                light::shadow_tip(stick.foot, hidden, PARAMS.shadow_reach * stick.height, step, &look)
                     .ok_or("no shadow of the stick is seen: let it fall on white paper, or give its tip as `shadow_px`")?
             }
         };
@@ -195,8 +211,8 @@ impl Session<'_> {
             view.marks.extend(on_ground(p).map(Mark::Cross));
         }
         view.marks.extend(lens.project(pose.to_camera(tip)).map(Mark::Cross));
-        // A pixel and a half of the shadow's end, at the distance of the ground.
-        let sigma = 1.5 * pose.to_camera(shadow.extend(ground)).z / lens.focal.x;
+        // At the distance of the ground.
+        let sigma = PARAMS.shadow_sigma_px * pose.to_camera(shadow.extend(ground)).z / lens.focal.x;
         light::stick(tip, middle.extend(ground), sigma).ok_or_else(|| "the shadow says that the light is below the ground".to_owned())
     }
 }

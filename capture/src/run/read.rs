@@ -9,6 +9,9 @@ use biscale::error::{Error, Result};
 use biscale::formats::capture::{self, Severity};
 use std::path::Path;
 
+/// Relative difference up to which two settings are the same: files round them.
+const SAME_SETTING: f64 = 0.01;
+
 /// A linear photograph with what was known of its making.
 pub(super) struct Shot {
     pub name: String,
@@ -131,7 +134,7 @@ impl Session<'_> {
         let mut number = |what: &str, slot: &mut Option<(f64, String)>, value: Option<f64>| {
             if let Some(v) = value {
                 match slot {
-                    Some((before, at)) if (v / *before - 1.0).abs() > 0.01 => {
+                    Some((before, at)) if (v / *before - 1.0).abs() > SAME_SETTING => {
                         changed.push(format!("{what} is {v} and was {before} in {at}"));
                     }
                     Some(_) => {}

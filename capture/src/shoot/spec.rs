@@ -96,7 +96,7 @@ pub enum Shape {
     Plane(DVec2),
     /// Side of a cylinder.
     Cylinder {
-        /// Of the outer surface.
+        /// Radius of the outer surface.
         radius: f64,
         /// Along the axis.
         height: f64,
@@ -153,7 +153,7 @@ pub enum Role {
     CloseUp,
     /// Far enough to see its average.
     Distant,
-    /// As `Distant`, kept back to test a fit.
+    /// The same as `Distant`, kept back to test a fit.
     Validation,
 }
 

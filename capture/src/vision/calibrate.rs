@@ -29,9 +29,15 @@ pub struct Calibration {
     pub coverage: f64,
 }
 
-/// Corners that a view must show.
+/// Columns and rows of the grid that coverage is told by.
+const GRID: usize = 10;
+/// Calibration ends after so many rounds or below this relative change (`OpenCV`'s flag for both).
+const BOTH_ENDS: i32 = 3;
+const ROUNDS: i32 = 100;
+const ENOUGH: f64 = 1e-9;
+/// Corners that a view must show: a homography has eight unknowns, of which four corners tell as many; twice that leaves residuals to judge by.
 pub const FEWEST_CORNERS: usize = 8;
-/// A view is dropped if its error is this many times the median, and over [`DROP_OVER`].
+/// A view is dropped if its error is this many times the median, and over [`DROP_OVER`]. Chosen.
 const DROP_TIMES: f64 = 2.5;
 /// Errors below this are no reason to drop a view, px.
 const DROP_OVER: f64 = 0.3;
@@ -69,13 +75,13 @@ pub fn calibrate(views: &[BoardView], width: usize, height: usize) -> Result<Opt
 
 /// Share of the cells of a 10 x 10 grid over the picture that hold a corner.
 pub fn coverage(pixels: impl Iterator<Item = DVec2>, width: usize, height: usize) -> f64 {
-    let mut cells = [false; 100];
+    let mut cells = [false; GRID * GRID];
     for p in pixels {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 0..9")]
-        let cell = |v: f64, n: usize| (10.0 * v / n as f64).clamp(0.0, 9.0) as usize;
-        cells[10 * cell(p.y, height) + cell(p.x, width)] = true;
+        let cell = |v: f64, n: usize| (GRID as f64 * v / n as f64).clamp(0.0, GRID as f64 - 1.0) as usize;
+        cells[GRID * cell(p.y, height) + cell(p.x, width)] = true;
     }
-    cells.iter().filter(|c| **c).count() as f64 / 100.0
+    cells.iter().filter(|c| **c).count() as f64 / (GRID * GRID) as f64
 }
 
 fn once(views: &[&BoardView], width: usize, height: usize) -> Result<(Lens, [f64; 9], f64, Vec<f64>)> {
@@ -88,7 +94,7 @@ fn once(views: &[&BoardView], width: usize, height: usize) -> Result<(Lens, [f64
     let (mut matrix, mut distortion) = (Mat::default(), Mat::default());
     let (mut turns, mut shifts): (Vector<Mat>, Vector<Mat>) = (Vector::new(), Vector::new());
     let (mut deviations, mut more, mut errors) = (Mat::default(), Mat::default(), Mat::default());
-    let criteria = TermCriteria::new(3, 100, 1e-9).map_err(failed(what))?;
+    let criteria = TermCriteria::new(BOTH_ENDS, ROUNDS, ENOUGH).map_err(failed(what))?;
     let rms = calib3d::calibrate_camera_extended(
         &object,
         &image,

@@ -41,7 +41,7 @@ const INNER: f64 = 0.5;
 
 /// Looks for a checker in a linear photograph, or takes the outer corners of its patches as given.
 ///
-/// Which corner is which is told by the colours: of the eight ways to lay it, the one whose patches come nearest to theirs is taken.
+/// Which corner is which is told by the colours: of the eight ways to orient it, the one whose patches come nearest to theirs is taken.
 ///
 /// # Errors
 /// What `OpenCV` says; `None` if there is none.
@@ -114,17 +114,22 @@ pub(crate) fn mean(photo: &PlanarImage, saturated: &[bool], corners: &[DVec2; 4]
 
 /// The corners of a checker that `OpenCV` sees, px; around the patches with a gap.
 fn detect(photo: &PlanarImage) -> Result<Option<[DVec2; 4]>> {
+    /// Longest side of the picture that is looked at, px; the percentile of green that is shown bright, and how bright, of 1. Chosen.
     const LOOK: f64 = 1200.0;
+    const BRIGHT_PERCENTILE: f64 = 0.99;
+    const BRIGHT: f64 = 0.9;
     let what = "looking for a checker";
     let factor = (photo.width.max(photo.height) as f64 / LOOK).max(1.0);
     // By the mean of each small pixel's part: a fine pattern must not alias.
     let (width, height) = (whole(photo.width as f64 / factor), whole(photo.height as f64 / factor));
-    let bright =
-        super::image::percentile(photo.planes[1].iter().step_by((photo.planes[1].len() / 100_000).max(1)).copied().collect(), 0.99)
-            .max(1e-9);
+    let bright = super::image::percentile(
+        photo.planes[1].iter().step_by((photo.planes[1].len() / super::image::SAMPLES).max(1)).copied().collect(),
+        BRIGHT_PERCENTILE,
+    )
+    .max(1e-9);
     let byte = |v: f32| {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
-        let b = (255.0 * linear_to_srgb(f64::from(v / bright) * 0.9) + 0.5) as u8;
+        let b = (255.0 * linear_to_srgb(f64::from(v / bright) * BRIGHT) + 0.5) as u8;
         b
     };
     let full: Vec<Vec3b> = (0..photo.planes[0].len())

@@ -22,6 +22,15 @@ pub fn set_threads(threads: u16) -> Result<()> {
     opencv::core::set_num_threads(threads).map_err(failed("threads"))
 }
 
+/// Percentile of linear values that becomes white: highlights beyond it are cut off. Chosen.
+const WHITE_PERCENTILE: f64 = 0.995;
+/// Pixels that a percentile is taken of, about.
+pub(crate) const SAMPLES: usize = 100_000;
+/// Refinement of corners ends after so many rounds or below this movement, px (`OpenCV`'s flag for both). Chosen: a hundredth of what corners are off by.
+const BOTH_ENDS: i32 = 3;
+const ROUNDS: i32 = 60;
+const ENOUGH_PX: f64 = 0.002;
+
 /// An 8-bit grey picture.
 #[derive(Clone, Debug)]
 pub struct GreyImage8 {
@@ -34,32 +43,35 @@ pub struct GreyImage8 {
 }
 
 impl GreyImage8 {
-    /// Of a photograph. Linear values are scaled so that their 99.5th percentile is white, and get a square root as tone curve: dark markers keep
+    /// The grey image of a photograph. Linear values are scaled so that their 99.5th percentile is white, and encoded by a square root: dark markers keep
     /// their edges.
     pub fn of(picture: &PlanarImage, encoded: bool) -> Self {
         let [r, g, b] = &picture.planes;
-        let grey = |i: usize| 0.25 * r[i] + 0.5 * g[i] + 0.25 * b[i];
+        let luma = |i: usize| 0.25 * r[i] + 0.5 * g[i] + 0.25 * b[i];
         let count = r.len();
-        let white =
-            if encoded { 1.0 } else { percentile((0..count).step_by((count / 100_000).max(1)).map(grey).collect(), 0.995).max(1e-9) };
+        let white = if encoded {
+            1.0
+        } else {
+            percentile((0..count).step_by((count / SAMPLES).max(1)).map(luma).collect(), WHITE_PERCENTILE).max(1e-9)
+        };
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a float to an integer saturates")]
         let pixels = (0..count)
             .into_par_iter()
             .map(|i| {
-                let v = (grey(i) / white).clamp(0.0, 1.0);
+                let v = (luma(i) / white).clamp(0.0, 1.0);
                 (255.0 * if encoded { v } else { v.sqrt() } + 0.5) as u8
             })
             .collect();
         Self { width: picture.width, height: picture.height, pixels }
     }
 
-    /// As `OpenCV` wants it; borrows the pixels.
+    /// The matrix that `OpenCV` takes; borrows the pixels.
     pub(crate) fn mat(&self) -> Result<opencv::boxed_ref::BoxedRef<'_, Mat>> {
         let (rows, columns) = (self.height.try_into().unwrap_or(i32::MAX), self.width.try_into().unwrap_or(i32::MAX));
         Mat::new_rows_cols_with_data(rows, columns, &self.pixels).map_err(failed("a picture"))
     }
 
-    /// The same, `1 / factor` as large.
+    /// The image reduced to `1 / factor` of its size.
     pub(crate) fn smaller(&self, factor: f64) -> Result<Mat> {
         let mut out = Mat::default();
         let size = opencv::core::Size::new(whole(self.width as f64 / factor), whole(self.height as f64 / factor));
@@ -119,15 +131,14 @@ pub(crate) fn place(p: Point2f) -> DVec2 {
 }
 
 /// Moves corners to where the picture's gradients say, within `window` px to each side.
-pub(crate) fn refine_corners(gray: &GreyImage8, corners: &[DVec2], window: i32) -> Result<Vec<DVec2>> {
+pub(crate) fn refine_corners(grey: &GreyImage8, corners: &[DVec2], window: i32) -> Result<Vec<DVec2>> {
     use opencv::core::{Size, TermCriteria};
     if corners.is_empty() {
         return Ok(Vec::new());
     }
     let mut points: Vector<Point2f> = corners.iter().map(|c| point(*c)).collect();
-    // Both ends: at most 60 rounds, or less than 0.002 px.
-    let criteria = TermCriteria::new(3, 60, 0.002).map_err(failed("corners"))?;
-    opencv::imgproc::corner_sub_pix(&gray.mat()?, &mut points, Size::new(window, window), Size::new(-1, -1), criteria)
+    let criteria = TermCriteria::new(BOTH_ENDS, ROUNDS, ENOUGH_PX).map_err(failed("corners"))?;
+    opencv::imgproc::corner_sub_pix(&grey.mat()?, &mut points, Size::new(window, window), Size::new(-1, -1), criteria)
         .map_err(failed("corners"))?;
     Ok(points.iter().map(place).collect())
 }

@@ -176,7 +176,7 @@ fn finer_is_better(coarse: &Cloth, fine: &Cloth) -> bool {
     sharp(fine) < PARAMS.finer_gain * sharp(coarse)
 }
 
-/// By how many threads those of a grid may have to be replaced, fewest first: groups of threads that lie alike repeat more coarsely than
+/// Multiples of a grid's warps and wefts that are tried, fewest first: groups of threads that lie alike repeat more coarsely than
 /// their threads, but the threads' own frequency is strong.
 fn multiples(scale: &Scale, grid: &Grid) -> Vec<(i64, i64)> {
     let along = |f: glam::DVec2| -> Vec<i64> {

@@ -1,4 +1,4 @@
-//! All repeats of a cloth laid over one another: what one repeat looks like, with the noise averaged out.
+//! All repeats of a cloth, registered and averaged: one repeat without the noise.
 
 use super::field::Field;
 use super::grid::{Grid, Repeat};

@@ -15,7 +15,7 @@ pub(super) struct Gaps {
     pub middle: [f64; 2],
     /// Widths of warp and weft.
     pub fill: [f64; 2],
-    /// From the steepest place to the edge of a round thread, mean of both sides: how blurred they are.
+    /// Distance from the steepest place to the edge of a round thread, mean of both sides: how blurred they are.
     pub blur: [f64; 2],
 }
 

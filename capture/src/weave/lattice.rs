@@ -144,7 +144,7 @@ impl Lattice {
         Some(best.in_cycles_per_pixel(bin))
     }
 
-    /// The finer lattice that the spectrum demands: strong peaks alone are those of the threads, and the weaker ones between them say
+    /// The finer lattice that weaker peaks speak for: strong peaks alone are those of the threads, and the weaker ones between them say
     /// after how many threads the cloth repeats.
     ///
     /// Of all lattices that hold this one, with up to `most_parts` times its points, the one is taken whose new points hold the most
@@ -202,7 +202,7 @@ impl Lattice {
         finer.filter(|l| l.explained >= explained).map_or(self, |l| l.in_cycles_per_pixel(bin))
     }
 
-    /// From cycles over the cut, with a counter-clockwise basis.
+    /// The lattice in cycles per pixel instead of cycles over the cut, with a counter-clockwise basis.
     fn in_cycles_per_pixel(mut self, bin: DVec2) -> Self {
         if let [a, b] = self.basis[..]
             && a.perp_dot(b) < 0.0
