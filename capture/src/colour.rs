@@ -1,6 +1,8 @@
 //! From the camera's colours to linear Rec. 709: a 3 x 3 matrix from a checker of 24 patches.
 
 use crate::least_squares;
+use biscale::numerics::colour::{RGB_TO_XYZ, WHITE_D50, lab, xyz_of_lab};
+use biscale::numerics::linear_algebra;
 use glam::{DMat3, DVec3};
 
 /// CIE L*a*b* (D50, 2 degrees) of the 24 patches of the `ColorChecker` Classic as measured by its maker in 2005, row by row from dark skin to black.
@@ -36,45 +38,18 @@ pub const COLUMNS: usize = 6;
 /// The six greys, from white to black.
 pub const GREYS: std::ops::Range<usize> = 18..24;
 
-const WHITE_D50: DVec3 = DVec3::new(0.964_22, 1.0, 0.825_21);
-const WHITE_D65: DVec3 = DVec3::new(0.950_47, 1.0, 1.088_83);
-
 /// Bradford's adaptation from D50 to D65 (Lindbloom), by rows.
 const D50_TO_D65: [[f64; 3]; 3] =
     [[0.955_576_6, -0.023_039_3, 0.063_163_6], [-0.028_289_5, 1.009_941_6, 0.021_007_7], [0.012_298_2, -0.020_483_0, 1.329_909_8]];
-/// XYZ (D65) of linear Rec. 709 (IEC 61966-2-1), by rows.
-const RGB_TO_XYZ: [[f64; 3]; 3] =
-    [[0.412_456_4, 0.357_576_1, 0.180_437_5], [0.212_672_9, 0.715_152_2, 0.072_175_0], [0.019_333_9, 0.119_192_0, 0.950_304_1]];
-
 /// A matrix from its rows.
 pub fn by_rows(rows: [[f64; 3]; 3]) -> DMat3 {
     DMat3::from_cols_array_2d(&rows).transpose()
 }
 
-/// L*a*b* (D65) of linear Rec. 709.
-fn lab_d65(rgb: DVec3) -> DVec3 {
-    let t = by_rows(RGB_TO_XYZ) * rgb / WHITE_D65;
-    let f = |t: f64| if t > 216.0 / 24389.0 { t.cbrt() } else { (24389.0 / 27.0 * t + 16.0) / 116.0 };
-    let f = DVec3::new(f(t.x), f(t.y), f(t.z));
-    DVec3::new(116.0 * f.y - 16.0, 500.0 * (f.x - f.y), 200.0 * (f.y - f.z))
-}
-
-/// L*a*b* (D65) of linear Rec. 709, 1 being white.
-pub fn lab(rgb: [f64; 3]) -> [f64; 3] {
-    lab_d65(rgb.into()).into()
-}
-
-fn xyz_of_lab(lab: [f64; 3], white: DVec3) -> DVec3 {
-    let fy = (lab[0] + 16.0) / 116.0;
-    let f = DVec3::new(fy + lab[1] / 500.0, fy, fy - lab[2] / 200.0);
-    let inverse = |f: f64| if f * f * f > 216.0 / 24389.0 { f * f * f } else { (116.0 * f - 16.0) * 27.0 / 24389.0 };
-    white * DVec3::new(inverse(f.x), inverse(f.y), inverse(f.z))
-}
-
 /// Reflectance of the patches in linear Rec. 709 under D65.
 pub fn checker_rgb() -> [[f64; 3]; 24] {
     let to_rgb = by_rows(RGB_TO_XYZ).inverse() * by_rows(D50_TO_D65);
-    CHECKER_LAB_D50.map(|lab| (to_rgb * xyz_of_lab(lab, WHITE_D50)).into())
+    CHECKER_LAB_D50.map(|lab| (to_rgb * DVec3::from(xyz_of_lab(lab, WHITE_D50))).into())
 }
 
 /// CIE Delta E 2000 of two colours in L*a*b* (Sharma, Wu and Dalal 2005).
@@ -142,18 +117,18 @@ pub fn fit(measured: &[[f64; 3]], reference: &[[f64; 3]]) -> Option<Correction> 
     let mut start = Vec::new();
     for c in 0..3 {
         let values: Vec<f64> = reference.iter().map(|r| r[c]).collect();
-        start.extend(least_squares::linear(&rows, &values)?);
+        start.extend(linear_algebra::least_squares(&rows, &values)?);
     }
-    let targets: Vec<DVec3> = reference.iter().map(|r| lab_d65((*r).into())).collect();
+    let targets: Vec<DVec3> = reference.iter().map(|r| DVec3::from(lab(*r))).collect();
     let matrix_of = |p: &[f64]| DMat3::from_cols_array(&std::array::from_fn(|k| p[k])).transpose();
     let residuals = |p: &[f64]| {
         let matrix = matrix_of(p);
-        measured.iter().zip(&targets).flat_map(|(m, w)| (lab_d65(matrix * DVec3::from(*m)) - w).to_array()).collect()
+        measured.iter().zip(&targets).flat_map(|(m, w)| (DVec3::from(lab((matrix * DVec3::from(*m)).into())) - w).to_array()).collect()
     };
     let scale: Vec<f64> = start.iter().map(|v| v.abs().max(1e-3 * start.iter().fold(0.0, |a: f64, b| a.max(b.abs())))).collect();
     let fit = least_squares::minimise(&start, &scale, &residuals)?;
     let matrix = matrix_of(&fit.parameters);
-    let delta_e = measured.iter().zip(&targets).map(|(m, w)| delta_e_2000(lab_d65(matrix * DVec3::from(*m)).into(), (*w).into())).collect();
+    let delta_e = measured.iter().zip(&targets).map(|(m, w)| delta_e_2000(lab((matrix * DVec3::from(*m)).into()), (*w).into())).collect();
     matrix.is_finite().then_some(Correction { matrix, delta_e })
 }
 
@@ -200,7 +175,7 @@ mod tests {
     #[test]
     fn the_checker_s_colours_on_a_screen_are_those_of_others() {
         // What BabelColor computes of the same measurements (Bradford, 8 bits): cyan is outside of sRGB.
-        let byte = |v: f64| 255.0 * biscale::render::linear_to_srgb(v);
+        let byte = |v: f64| 255.0 * biscale::numerics::colour::linear_to_srgb(v);
         let rgb = checker_rgb().map(|c| c.map(byte));
         let table = [
             (0, [116.0, 81.0, 67.0]),

@@ -15,6 +15,8 @@ use crate::edges::GreyImage;
 use crate::least_squares;
 use crate::lens::{Lens, Pose};
 use crate::pose::{PoseEstimate, Sighting, UNKNOWNS, moved, rms};
+use biscale::numerics::cast::truncate_usize;
+use biscale::numerics::statistics::upper_median;
 use glam::{DVec2, DVec3};
 
 /// Where and how sides of markers are measured. All values are chosen, not measured; the test below holds the result to 0.03 degrees and 0.03 mm.
@@ -152,8 +154,7 @@ fn edges_of_marker(
 
 /// How far from a place, along a direction, dark goes over into light.
 fn crossing(image: &impl GreyImage, at: DVec2, across: DVec2, reach: f64) -> Option<f64> {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few dozen")]
-    let count = (2.0 * reach / PARAMS.step_px) as usize;
+    let count = truncate_usize(2.0 * reach / PARAMS.step_px);
     let step = 2.0 * reach / count as f64;
     let values: Vec<f64> = (0..count).map(|k| image.value(at + ((k as f64 + 0.5) * step - reach) * across)).collect::<Option<_>>()?;
     let end = (count / PARAMS.end_part).max(PARAMS.least_end);
@@ -188,8 +189,7 @@ fn fit(start: &Pose, mut edges: Vec<Edge>, lens: &Lens) -> Option<(Pose, DVec3, 
         // What lies far off is no side of a marker.
         let off: Vec<f64> = residuals(&pose, &edges).iter().map(|r| r.abs()).collect();
         let mut sorted = off.clone();
-        let middle = sorted.len() / 2;
-        let limit = (PARAMS.outliers.0 * *sorted.select_nth_unstable_by(middle, f64::total_cmp).1).max(PARAMS.outliers.1);
+        let limit = (PARAMS.outliers.0 * upper_median(&mut sorted)?).max(PARAMS.outliers.1);
         let mut keep = off.iter().map(|o| *o <= limit);
         edges.retain(|_| keep.next() == Some(true));
     }

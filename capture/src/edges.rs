@@ -1,5 +1,7 @@
 //! How sharp a photograph is: the spread of the edges of its markers.
 
+use biscale::numerics::cast::truncate_usize;
+use biscale::numerics::statistics::upper_median;
 use glam::DVec2;
 
 /// A grey picture to look up.
@@ -54,14 +56,12 @@ pub fn spread(image: &impl GreyImage, markers: &[[DVec2; 4]], cells: f64) -> Opt
     if widths.len() < PARAMS.places {
         return None;
     }
-    let middle = widths.len() / 2;
-    Some(*widths.select_nth_unstable_by(middle, f64::total_cmp).1)
+    upper_median(&mut widths)
 }
 
 /// 10 to 90 % of one profile, from dark inside to light outside.
 fn profile_width(image: &impl GreyImage, at: DVec2, out: DVec2, reach: f64, step: f64) -> Option<f64> {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "reach is a few pixels")]
-    let count = (2.0 * reach / step) as usize;
+    let count = truncate_usize(2.0 * reach / step);
     let values: Vec<f64> = (0..=count).map(|k| image.value(at + (k as f64 * step - reach) * out)).collect::<Option<_>>()?;
     let end = (count / PARAMS.end_part).max(1);
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;

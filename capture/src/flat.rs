@@ -4,11 +4,12 @@
 //! V(r) = 1 + b r² + c r⁴ + d r⁶,    r = distance from the principal point over that of the farthest corner
 //! ```
 
-use crate::least_squares;
 use crate::lens::farthest;
 use crate::linear::LinearPhoto;
 use crate::photo::PlanarImage;
 use crate::shoot::FlatMethod;
+use biscale::numerics::cast::{narrow, truncate_usize};
+use biscale::numerics::linear_algebra;
 use glam::DVec2;
 use rayon::prelude::*;
 
@@ -75,7 +76,7 @@ impl Falloff {
         }
         let rows: Vec<Vec<f64>> = used.iter().map(|&k| row(places[k])).collect();
         let values: Vec<f64> = used.iter().map(|&k| green(k)).collect();
-        let x = least_squares::linear(&rows, &values)?;
+        let x = linear_algebra::least_squares(&rows, &values)?;
         if !(x[0] > 0.0) {
             return None;
         }
@@ -86,7 +87,7 @@ impl Falloff {
         let radial = [x[1] / x[0], x[2] / x[0], x[3] / x[0]];
         let at_centre: [f64; 3] = std::array::from_fn(|c| {
             let values: Vec<f64> = used.iter().map(|&k| grid[c][k]).collect();
-            least_squares::linear(&rows, &values).map_or(x[0], |x| x[0].max(f64::MIN_POSITIVE))
+            linear_algebra::least_squares(&rows, &values).map_or(x[0], |x| x[0].max(f64::MIN_POSITIVE))
         });
         let grid = std::array::from_fn(|c| grid[c].iter().map(|v| v / at_centre[c]).collect());
         let mut out = Self { method, radial, centre, farthest, tilt, residual, darkest: 1.0, grid, size: [width, height] };
@@ -113,8 +114,7 @@ impl Falloff {
             DVec2::new((pixel.x + 0.5) / self.size[0] as f64 * nx as f64 - 0.5, (pixel.y + 0.5) / self.size[1] as f64 * ny as f64 - 0.5);
         let low = g.floor().clamp(DVec2::ZERO, DVec2::new((nx - 2) as f64, (ny - 2) as f64));
         let f = g - low;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the grid")]
-        let (i, j) = (low.x as usize, low.y as usize);
+        let (i, j) = (truncate_usize(low.x), truncate_usize(low.y));
         let at = |i: usize, j: usize| self.grid[channel][j * nx + i];
         let (a, b) = (at(i, j) + f.x * (at(i + 1, j) - at(i, j)), at(i, j + 1) + f.x * (at(i + 1, j + 1) - at(i, j + 1)));
         a + f.y * (b - a)
@@ -126,8 +126,7 @@ impl Falloff {
         for (c, plane) in picture.planes.iter_mut().enumerate() {
             plane.par_chunks_mut(width).enumerate().for_each(|(row, line)| {
                 for (column, v) in line.iter_mut().enumerate() {
-                    #[expect(clippy::cast_possible_truncation, reason = "samples are f32")]
-                    let falloff = self.at(c, DVec2::new(column as f64, row as f64)) as f32;
+                    let falloff = narrow(self.at(c, DVec2::new(column as f64, row as f64)));
                     *v /= falloff;
                 }
             });

@@ -3,6 +3,8 @@
 //! For problems of up to about twenty unknowns and smooth residuals: poses, colour matrices. It is no general solver: no bounds, no sparse
 //! problems.
 
+use biscale::numerics::linear_algebra::scaled_inverse;
+
 /// What a fit ends with.
 #[derive(Clone, Debug)]
 pub struct Fit {
@@ -38,7 +40,7 @@ pub fn minimise(start: &[f64], scale: &[f64], residuals: &dyn Fn(&[f64]) -> Vec<
         for k in 0..n {
             damped[k * n + k] += damping * normal[k * n + k].max(f64::MIN_POSITIVE);
         }
-        let Some(inverse) = invert(&damped, n) else {
+        let Some(inverse) = scaled_inverse(&damped, n) else {
             damping *= 10.0;
             if damping > 1e12 {
                 break;
@@ -63,7 +65,7 @@ pub fn minimise(start: &[f64], scale: &[f64], residuals: &dyn Fn(&[f64]) -> Vec<
             }
         }
     }
-    Some(Fit { covariance: invert(&normal, n), parameters: x, cost })
+    Some(Fit { covariance: scaled_inverse(&normal, n), parameters: x, cost })
 }
 
 /// `J^T J` and `J^T r`, by central differences.
@@ -84,61 +86,6 @@ fn normal_equations(x: &[f64], scale: &[f64], r: &[f64], residuals: &dyn Fn(&[f6
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let normal = (0..n * n).map(|i| dot(&columns[i / n], &columns[i % n])).collect();
     (normal, columns.iter().map(|c| dot(c, r)).collect())
-}
-
-/// Inverse of a symmetric positive matrix by Cholesky's method; `None` if it is not positive.
-pub fn invert(matrix: &[f64], n: usize) -> Option<Vec<f64>> {
-    // Scaled to a unit diagonal first: parameters have different units.
-    let d: Vec<f64> = (0..n).map(|i| matrix[i * n + i].sqrt()).collect();
-    if d.iter().any(|v| !(v.is_finite() && *v > 0.0)) {
-        return None;
-    }
-    let mut l = vec![0.0; n * n];
-    for i in 0..n {
-        for j in 0..=i {
-            let sum: f64 = matrix[i * n + j] / (d[i] * d[j]) - (0..j).map(|k| l[i * n + k] * l[j * n + k]).sum::<f64>();
-            l[i * n + j] = if i == j {
-                if !(sum > 1e-14) {
-                    return None;
-                }
-                sum.sqrt()
-            } else {
-                sum / l[j * n + j]
-            };
-        }
-    }
-    let mut out = vec![0.0; n * n];
-    for c in 0..n {
-        let mut y = vec![0.0; n];
-        for i in 0..n {
-            let unit = if i == c { 1.0 } else { 0.0 };
-            y[i] = (unit - (0..i).map(|k| l[i * n + k] * y[k]).sum::<f64>()) / l[i * n + i];
-        }
-        for i in (0..n).rev() {
-            y[i] = (y[i] - (i + 1..n).map(|k| l[k * n + i] * y[k]).sum::<f64>()) / l[i * n + i];
-        }
-        for i in 0..n {
-            out[i * n + c] = y[i] / (d[i] * d[c]);
-        }
-    }
-    Some(out)
-}
-
-/// Linear least squares: the `x` with the smallest `|rows x - values|`; `None` if it is not determined. Rows of equal length.
-pub fn linear(rows: &[Vec<f64>], values: &[f64]) -> Option<Vec<f64>> {
-    let n = rows.first()?.len();
-    let mut normal = vec![0.0; n * n];
-    let mut right = vec![0.0; n];
-    for (row, v) in rows.iter().zip(values) {
-        for i in 0..n {
-            right[i] += row[i] * v;
-            for j in 0..n {
-                normal[i * n + j] += row[i] * row[j];
-            }
-        }
-    }
-    let inverse = invert(&normal, n)?;
-    Some((0..n).map(|i| (0..n).map(|j| inverse[i * n + j] * right[j]).sum()).collect())
 }
 
 #[cfg(test)]
@@ -164,7 +111,6 @@ mod tests {
     fn what_is_not_determined_has_no_covariance() {
         let fit = minimise(&[0.0, 0.0], &[1.0, 1.0], &|p| vec![p[0] + p[1] - 1.0, 2.0 * (p[0] + p[1]) - 2.0]).unwrap();
         assert!(fit.covariance.is_none() && fit.cost < 1e-12, "{fit:?}");
-        assert!(linear(&[vec![1.0, 1.0], vec![2.0, 2.0]], &[1.0, 2.0]).is_none());
         assert!(minimise(&[0.0], &[1.0], &|_| vec![f64::NAN]).is_none());
     }
 }

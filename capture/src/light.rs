@@ -1,6 +1,6 @@
 //! The direction of a light: from a mirror ball, from the shadow of a stick, or given; several sources are put together.
 
-use crate::least_squares;
+use biscale::numerics::linear_algebra;
 use glam::{DVec2, DVec3};
 
 /// One estimate of a direction, in any frame.
@@ -77,7 +77,7 @@ pub fn ball_outline(edges: &[Vec<DVec3>], tolerance: f64) -> Option<BallOutline>
     }
     let cone = |rays: &[DVec3]| {
         let rows: Vec<Vec<f64>> = rays.iter().map(|d| d.to_array().to_vec()).collect();
-        let a = least_squares::linear(&rows, &vec![1.0; rows.len()])?;
+        let a = linear_algebra::least_squares(&rows, &vec![1.0; rows.len()])?;
         let a = DVec3::new(a[0], a[1], a[2]);
         let length = a.length();
         (length > 1.0 && length.is_finite()).then(|| (a / length, (1.0 / length).acos()))

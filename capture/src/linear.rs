@@ -2,7 +2,9 @@
 
 use crate::photo::{Photo, PlanarImage, Samples};
 use crate::shoot::{CameraSpec, SATURATION};
-use biscale::image_file::srgb_to_linear;
+use biscale::numerics::cast::{narrow, truncate_usize};
+use biscale::numerics::colour::srgb_to_linear;
+use biscale::numerics::statistics::upper_median;
 use rayon::prelude::*;
 
 /// A linear photograph: sensor values (0 to 1, black taken off) over `divisor`.
@@ -60,8 +62,7 @@ pub fn is_srgb(photo: &Photo, camera: &CameraSpec) -> bool {
 pub fn sensor(photo: Photo, camera: &CameraSpec, srgb: bool) -> (PlanarImage, Vec<bool>) {
     let Photo { mut picture, samples, .. } = photo;
     let limit = camera.saturation.unwrap_or(if samples == Samples::Float { f64::INFINITY } else { SATURATION });
-    #[expect(clippy::cast_possible_truncation, reason = "samples are f32")]
-    let (limit, black) = (limit as f32, camera.black as f32);
+    let (limit, black) = (narrow(limit), narrow(camera.black));
     let [r, g, b] = &picture.planes;
     let saturated = (0..r.len()).into_par_iter().map(|i| r[i] >= limit || g[i] >= limit || b[i] >= limit).collect();
     let scale = 1.0 / (1.0 - black);
@@ -86,15 +87,13 @@ impl Curve {
         if self.0.is_empty() {
             return decoded(f64::from(encoded));
         }
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a float to an integer saturates")]
-        let k = (encoded * (self.0.len() - 1) as f32 + 0.5) as usize;
+        let k = truncate_usize(f64::from(encoded * (self.0.len() - 1) as f32 + 0.5));
         self.0[k.min(self.0.len() - 1)]
     }
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "samples are f32")]
 fn decoded(encoded: f64) -> f32 {
-    srgb_to_linear(encoded) as f32
+    narrow(srgb_to_linear(encoded))
 }
 
 /// Merges brackets of one view: the sum of unsaturated values over the sum of their exposures, which weighs photons equally (Poisson noise).
@@ -108,8 +107,7 @@ pub fn merge(brackets: Vec<(PlanarImage, Vec<bool>, Exposure)>) -> Option<Linear
     let mut sum = first;
     let saturated = first_saturated;
     let count = saturated.len();
-    #[expect(clippy::cast_possible_truncation, reason = "weights are f32")]
-    let mut weight: Vec<f32> = vec![exposure.divisor() as f32; count];
+    let mut weight: Vec<f32> = vec![narrow(exposure.divisor()); count];
     let mut total = exposure.divisor();
     for (picture, over, exposure) in all {
         if (picture.width, picture.height) != (sum.width, sum.height) {
@@ -117,8 +115,7 @@ pub fn merge(brackets: Vec<(PlanarImage, Vec<bool>, Exposure)>) -> Option<Linear
         }
         let divisor = exposure.divisor();
         total += divisor;
-        #[expect(clippy::cast_possible_truncation, reason = "weights are f32")]
-        let add = divisor as f32;
+        let add = narrow(divisor);
         for (plane, more) in sum.planes.iter_mut().zip(&picture.planes) {
             plane.par_iter_mut().zip(more).zip(&over).zip(&saturated).for_each(|(((v, m), over), before)| {
                 // Brackets come from short to long: what was saturated before is so here, too, and the shortest value stays.
@@ -159,9 +156,7 @@ pub fn bracket_exponent(short: &PlanarImage, long: &PlanarImage, saturated: &[bo
     if logs.len() < FEWEST {
         return None;
     }
-    let middle = logs.len() / 2;
-    let (_, median, _) = logs.select_nth_unstable_by(middle, f64::total_cmp);
-    Some(*median / ratio.ln())
+    upper_median(&mut logs).map(|median| median / ratio.ln())
 }
 
 #[cfg(test)]

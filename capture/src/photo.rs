@@ -3,6 +3,7 @@
 use crate::metadata::Metadata;
 use biscale::error::{BadInput, Error, Result};
 use biscale::image_file::{self, MAX_PIXELS};
+use biscale::numerics::cast::{narrow, truncate_usize};
 use std::io::Cursor;
 use std::path::Path;
 
@@ -61,10 +62,8 @@ impl PlanarImage {
         if !inside(x, self.width) || !inside(y, self.height) {
             return None;
         }
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "inside of the picture")]
-        let (i, j) = (x.floor() as usize, y.floor() as usize);
-        #[expect(clippy::cast_possible_truncation, reason = "weights are f32")]
-        let (wx, wy) = (catmull_rom((x - i as f64) as f32), catmull_rom((y - j as f64) as f32));
+        let (i, j) = (truncate_usize(x), truncate_usize(y));
+        let (wx, wy) = (catmull_rom(narrow(x - i as f64)), catmull_rom(narrow(y - j as f64)));
         let mut out = [0.0_f32; 3];
         if i >= 1 && i + 2 < self.width && j >= 1 && j + 2 < self.height {
             // The usual case, with one check of bounds a line.

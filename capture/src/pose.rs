@@ -2,6 +2,7 @@
 
 use crate::least_squares;
 use crate::lens::{Lens, Pose};
+use biscale::numerics::statistics::upper_median;
 use glam::{DVec2, DVec3};
 
 /// A known point and where it is seen.
@@ -81,8 +82,7 @@ pub fn refine(start: &Pose, sightings: &[Sighting], lens: &Lens) -> Option<PoseE
         pose = of(&fit.parameters);
         let distances: Vec<f64> = residuals(&pose, sightings, lens).chunks(2).map(|r| r[0].hypot(r[1])).collect();
         let mut sorted: Vec<f64> = distances.iter().zip(&used).filter(|(_, u)| **u).map(|(d, _)| *d).collect();
-        let middle = sorted.len() / 2;
-        let median = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let median = upper_median(&mut sorted)?;
         let next: Vec<bool> = distances.iter().map(|d| *d <= (PARAMS.outliers.0 * median).max(PARAMS.outliers.1)).collect();
         if round + 1 == PARAMS.rounds || next == used {
             let freedom = (2 * kept.len()).saturating_sub(UNKNOWNS).max(1) as f64;

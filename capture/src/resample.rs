@@ -3,6 +3,8 @@
 use crate::lens::{Lens, Pose};
 use crate::photo::PlanarImage;
 use crate::shoot::Shape;
+use biscale::numerics::cast::truncate_usize;
+use biscale::numerics::convex_hull::convex_hull;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -28,8 +30,7 @@ fn resample(
         if !any {
             return true;
         }
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "inside of the picture")]
-        let (i, j) = (p.x.round() as usize, p.y.round() as usize);
+        let (i, j) = (truncate_usize(p.x.round()), truncate_usize(p.y.round()));
         // All pixels that the interpolation may touch.
         let columns = i.saturating_sub(1)..=(i + 1).min(photo.width - 1);
         (j.saturating_sub(1)..=(j + 1).min(photo.height - 1)).all(|j| columns.clone().all(|i| !saturated[j * photo.width + i]))
@@ -138,8 +139,7 @@ pub fn rectify(photo: &PlanarImage, saturated: &[bool], lens: &Lens, pose: &Pose
         return None;
     }
     let mm_per_px = (2.0 * depth / (pinhole.focal.x + pinhole.focal.y)).max(size.max_element() / MOST);
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most MOST")]
-    let (width, height) = ((size.x / mm_per_px).floor() as usize, (size.y / mm_per_px).floor() as usize);
+    let (width, height) = (truncate_usize(size.x / mm_per_px), truncate_usize(size.y / mm_per_px));
     if width < LEAST_SIDE || height < LEAST_SIDE {
         return None;
     }
@@ -176,28 +176,9 @@ pub fn outline(shape: &Shape, pose: &Pose, lens: &Lens) -> Vec<DVec2> {
             let (sin, cos) = (f64::from(k) * 2.0).to_radians().sin_cos();
             [-0.5, 0.5].map(|z| DVec3::new(radius * cos, radius * sin, z * height))
         });
-        out = hull(rim.filter_map(|p| lens.project(pose.to_camera(p))).collect());
+        out = convex_hull(rim.filter_map(|p| lens.project(pose.to_camera(p))).collect());
     }
     out
-}
-
-/// Convex hull (Andrew's monotone chain).
-fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
-    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    let chain = |points: &mut dyn Iterator<Item = DVec2>| {
-        let mut out: Vec<DVec2> = Vec::new();
-        for p in points {
-            while out.len() >= 2 && (out[out.len() - 1] - out[out.len() - 2]).perp_dot(p - out[out.len() - 1]) <= 0.0 {
-                out.pop();
-            }
-            out.push(p);
-        }
-        out.pop();
-        out
-    };
-    let mut lower = chain(&mut points.iter().copied());
-    lower.extend(chain(&mut points.iter().rev().copied()));
-    lower
 }
 
 #[cfg(test)]

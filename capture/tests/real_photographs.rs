@@ -2,8 +2,9 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test fails by panicking, and tells what it skips")]
 #![cfg(feature = "opencv")]
 
+use biscale::numerics::colour::lab;
 use biscale_capture::board::Board;
-use biscale_capture::colour::{grey_exponent, lab};
+use biscale_capture::colour::grey_exponent;
 use biscale_capture::dictionary::{self, Dictionary};
 use biscale_capture::photo::{self, Photo};
 use biscale_capture::vision::calibrate::{BoardView, calibrate};

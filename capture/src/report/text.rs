@@ -3,7 +3,8 @@
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use biscale::formats::capture::Severity;
-use biscale::render::linear_to_srgb;
+use biscale::numerics::cast::truncate_usize;
+use biscale::numerics::colour::linear_to_srgb;
 
 /// A severity as word, which is its class in the style sheet as well.
 pub(super) fn word(severity: Severity) -> &'static str {
@@ -30,8 +31,7 @@ pub(super) fn digits(v: f64) -> String {
     if !PLAIN.contains(&size) {
         return format!("{v:.3e}");
     }
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 7")]
-    let decimals = (3.0 - size).max(0.0) as usize;
+    let decimals = truncate_usize((3.0 - size).max(0.0));
     let text = format!("{v:.decimals$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }

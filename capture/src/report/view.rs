@@ -3,7 +3,8 @@
 use super::text::{jpeg_address, word};
 use crate::photo::PlanarImage;
 use biscale::formats::capture::{Check, Severity};
-use biscale::render::linear_to_srgb;
+use biscale::numerics::colour::{byte, linear_to_srgb};
+use biscale::numerics::statistics::rank;
 use glam::DVec2;
 use maud::{Markup, html};
 
@@ -11,8 +12,8 @@ use maud::{Markup, html};
 const SIDE: usize = 900;
 /// Quality of its JPEG, of 100.
 const QUALITY: u8 = 85;
-/// Percent of the pixels of a linear photograph that are shown without being cut off at white.
-const SHOWN_PERCENT: usize = 99;
+/// Share of the pixels of a linear photograph that are shown without being cut off at white.
+const SHOWN_SHARE: f64 = 0.99;
 /// Colour of saturated pixels: magenta, which no sample has.
 const SATURATED: [u8; 3] = [255, 0, 200];
 /// Width of a photograph over half of the size of a cross.
@@ -83,14 +84,9 @@ pub(super) fn thumbnail(picture: &PlanarImage, saturated: Option<&[bool]>, encod
         *mean = mean.map(|m| m / count);
     }
     let mut bright: Vec<f32> = means.iter().map(|m| m[0].max(m[1]).max(m[2])).collect();
-    let k = (bright.len() - 1) * SHOWN_PERCENT / 100;
-    let white = bright.select_nth_unstable_by(k, f32::total_cmp).1.max(1e-12);
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
-    let byte = |v: f32| {
-        let shown = if encoded { f64::from(v) } else { linear_to_srgb(f64::from(v / white)) };
-        (255.0 * shown.clamp(0.0, 1.0) + 0.5) as u8
-    };
-    let pixels: Vec<u8> = means.iter().zip(&over).flat_map(|(m, over)| if *over { SATURATED } else { m.map(byte) }).collect();
+    let white = rank(&mut bright, SHOWN_SHARE).unwrap_or(0.0).max(1e-12);
+    let shown = |v: f32| byte(if encoded { f64::from(v) } else { linear_to_srgb(f64::from(v / white)) });
+    let pixels: Vec<u8> = means.iter().zip(&over).flat_map(|(m, over)| if *over { SATURATED } else { m.map(shown) }).collect();
     let mut out = Vec::new();
     let (width, height) = (u32::try_from(width).unwrap_or(1), u32::try_from(height).unwrap_or(1));
     let encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut out, QUALITY);

@@ -7,6 +7,7 @@ use crate::shoot::SurfaceKind;
 use crate::weave::{self, Analysis, Axis, Measured, RectifiedPhoto, Relief, Weave};
 use biscale::error::{Error, Result};
 use biscale::formats::capture::Severity;
+use biscale::numerics::cast::truncate_i32;
 use glam::DVec2;
 use serde_json::{Value, json};
 
@@ -156,8 +157,7 @@ fn lines(w: &Weave, mm_per_px: f64, width: usize, height: usize) -> Vec<[DVec2; 
         let (sin, cos) = turn.to_radians().sin_cos();
         let along = if upright { DVec2::new(-sin, -cos) } else { DVec2::new(cos, -sin) };
         let across = along.perp();
-        #[expect(clippy::cast_possible_truncation, reason = "at most a hundred")]
-        let count = (reach / step).min(MOST_LINES) as i32;
+        let count = truncate_i32((reach / step).min(MOST_LINES));
         for k in -count..=count {
             let at = middle + f64::from(k) * step * across;
             out.push([at - reach * along, at + reach * along]);

@@ -187,7 +187,12 @@ fn white_balance(measured: &[[f64; 3]], reference: &[[f64; 3]]) -> Option<Correc
     let delta_e = measured
         .iter()
         .zip(reference)
-        .map(|(m, r)| crate::colour::delta_e_2000(crate::colour::lab((matrix * DVec3::from(*m)).into()), crate::colour::lab(*r)))
+        .map(|(m, r)| {
+            crate::colour::delta_e_2000(
+                biscale::numerics::colour::lab((matrix * DVec3::from(*m)).into()),
+                biscale::numerics::colour::lab(*r),
+            )
+        })
         .collect();
     (matrix.is_finite() && !measured.is_empty()).then_some(Correction { matrix, delta_e })
 }

@@ -17,6 +17,7 @@ use crate::vision::board::DetectedBoard;
 use crate::vision::{GreyImage8, Luminance, board, pnp};
 use biscale::error::Result;
 use biscale::formats::capture::Severity;
+use biscale::numerics::statistics::upper_median;
 use glam::{DVec2, DVec3};
 
 /// A photograph whose pose is known.
@@ -283,8 +284,7 @@ impl Session<'_> {
             });
             let mut around: Vec<f64> = around.collect();
             if around.len() >= 3 {
-                around.sort_by(f64::total_cmp);
-                values.push(around[around.len() / 2]);
+                values.extend(upper_median(&mut around));
             }
         }
         values

@@ -17,6 +17,7 @@ use crate::shoot::{PhotoSpec, Role};
 use crate::vision::percentile;
 use biscale::error::Result;
 use biscale::formats::capture::{self, CloseUp, Light, Photograph, Severity};
+use biscale::numerics::cast::narrow;
 use glam::{DMat3, DVec2};
 use rayon::prelude::*;
 
@@ -229,8 +230,7 @@ impl Session<'_> {
 
 fn multiply(picture: &mut PlanarImage, m: DMat3) {
     let rows = m.transpose().to_cols_array_2d();
-    #[expect(clippy::cast_possible_truncation, reason = "samples are f32")]
-    let rows = rows.map(|r| r.map(|v| v as f32));
+    let rows = rows.map(|r| r.map(narrow));
     let [r, g, b] = &mut picture.planes;
     r.par_iter_mut().zip(g).zip(b).for_each(|((r, g), b)| {
         let v = [*r, *g, *b];

@@ -5,6 +5,7 @@ use super::markers::{self, DetectedMarker};
 use crate::board::{Board, BoardKind};
 use crate::edges::GreyImage as _;
 use biscale::error::Result;
+use biscale::numerics::statistics::upper_median;
 use glam::DVec2;
 use opencv::calib3d;
 use opencv::core::{Mat, Point2f, Size, Vector};
@@ -195,8 +196,7 @@ fn marker_scale(board: &Board, markers: &[DetectedMarker], corners: &[(DVec2, DV
     if scales.len() < PARAMS.fewest_scales {
         return Ok(None);
     }
-    let middle = scales.len() / 2;
-    Ok(Some(*scales.select_nth_unstable_by(middle, f64::total_cmp).1))
+    Ok(upper_median(&mut scales))
 }
 
 /// The homography that takes the first places to the second ones; `None` if there is none.

@@ -4,6 +4,8 @@ use super::image::{failed, point};
 use crate::checks::FEWEST_VIEWS;
 use crate::lens::Lens;
 use biscale::error::Result;
+use biscale::numerics::cast::{narrow, truncate_usize};
+use biscale::numerics::statistics::upper_median;
 use glam::DVec2;
 use opencv::calib3d;
 use opencv::core::{Mat, Point2f, Point3f, Size, TermCriteria, Vector};
@@ -61,8 +63,7 @@ pub fn calibrate(views: &[BoardView], width: usize, height: usize) -> Result<Opt
             view_errors[k] = *e;
         }
         let mut sorted = errors.clone();
-        let middle = sorted.len() / 2;
-        let median = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let median = upper_median(&mut sorted).unwrap_or(f64::INFINITY);
         let worst = (0..kept.len()).max_by(|&a, &b| errors[a].total_cmp(&errors[b])).unwrap_or(0);
         if errors[worst] > (DROP_TIMES * median).max(DROP_OVER) && kept.len() > FEWEST_VIEWS as usize {
             used[kept[worst]] = false;
@@ -77,8 +78,7 @@ pub fn calibrate(views: &[BoardView], width: usize, height: usize) -> Result<Opt
 pub fn coverage(pixels: impl Iterator<Item = DVec2>, width: usize, height: usize) -> f64 {
     let mut cells = [false; GRID * GRID];
     for p in pixels {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 0..9")]
-        let cell = |v: f64, n: usize| (GRID as f64 * v / n as f64).clamp(0.0, GRID as f64 - 1.0) as usize;
+        let cell = |v: f64, n: usize| truncate_usize((GRID as f64 * v / n as f64).clamp(0.0, GRID as f64 - 1.0));
         cells[GRID * cell(p.y, height) + cell(p.x, width)] = true;
     }
     cells.iter().filter(|c| **c).count() as f64 / (GRID * GRID) as f64
@@ -86,9 +86,8 @@ pub fn coverage(pixels: impl Iterator<Item = DVec2>, width: usize, height: usize
 
 fn once(views: &[&BoardView], width: usize, height: usize) -> Result<(Lens, [f64; 9], f64, Vec<f64>)> {
     let what = "the calibration";
-    #[expect(clippy::cast_possible_truncation, reason = "OpenCV's points are f32")]
     let object: Vector<Vector<Point3f>> =
-        views.iter().map(|v| v.iter().map(|c| Point3f::new(c.0.x as f32, c.0.y as f32, 0.0)).collect::<Vector<_>>()).collect();
+        views.iter().map(|v| v.iter().map(|c| Point3f::new(narrow(c.0.x), narrow(c.0.y), 0.0)).collect::<Vector<_>>()).collect();
     let image: Vector<Vector<Point2f>> = views.iter().map(|v| v.iter().map(|c| point(c.1)).collect::<Vector<_>>()).collect();
     let size = Size::new(width.try_into().unwrap_or(i32::MAX), height.try_into().unwrap_or(i32::MAX));
     let (mut matrix, mut distortion) = (Mat::default(), Mat::default());

@@ -6,7 +6,8 @@ use crate::colour::{COLUMNS, Correction, checker_rgb, fit};
 use crate::lens::Lens;
 use crate::photo::PlanarImage;
 use biscale::error::Result;
-use biscale::render::linear_to_srgb;
+use biscale::numerics::cast::{truncate_u8, truncate_usize};
+use biscale::numerics::colour::linear_to_srgb;
 use glam::DVec2;
 use opencv::core::{CV_8UC3, Mat, Point2f, Vec3b, Vector};
 use opencv::mcc::{MCC_CCheckerDetector, MCC_TYPECHART};
@@ -94,8 +95,7 @@ pub(crate) fn mean(photo: &PlanarImage, saturated: &[bool], corners: &[DVec2; 4]
     }
     let side = |p: DVec2, k: usize| (corners[(k + 1) % 4] - corners[k]).perp_dot(p - corners[k]);
     let (mut sum, mut count, mut over) = ([0.0; 3], 0_u32, 0_u32);
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "inside of the picture")]
-    let range = |a: f64, b: f64| a.ceil() as usize..=b.floor() as usize;
+    let range = |a: f64, b: f64| truncate_usize(a.ceil())..=truncate_usize(b);
     for row in range(low.y, high.y) {
         for column in range(low.x, high.x) {
             let p = DVec2::new(column as f64, row as f64);
@@ -127,11 +127,7 @@ fn detect(photo: &PlanarImage) -> Result<Option<[DVec2; 4]>> {
         BRIGHT_PERCENTILE,
     )
     .max(1e-9);
-    let byte = |v: f32| {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
-        let b = (255.0 * linear_to_srgb(f64::from(v / bright) * BRIGHT) + 0.5) as u8;
-        b
-    };
+    let byte = |v: f32| truncate_u8(255.0 * linear_to_srgb(f64::from(v / bright) * BRIGHT) + 0.5);
     let full: Vec<Vec3b> = (0..photo.planes[0].len())
         .map(|i| Vec3b::from([byte(photo.planes[2][i]), byte(photo.planes[1][i]), byte(photo.planes[0][i])]))
         .collect();

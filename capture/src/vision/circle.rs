@@ -4,6 +4,8 @@ use super::image::{GreyImage8, failed, whole};
 use crate::edges::GreyImage;
 use crate::photo::PlanarImage;
 use biscale::error::Result;
+use biscale::numerics::cast::{truncate_i32, truncate_usize};
+use biscale::numerics::statistics::upper_median;
 use glam::DVec2;
 use opencv::core::{Mat, Rect, Size, Vec3f, Vector};
 use std::collections::BTreeSet;
@@ -115,8 +117,7 @@ pub fn around(grey: &GreyImage8, spot: DVec2, size: f64) -> Result<Vec<[f64; 3]>
         let low = (spot - 0.5 * PARAMS.side * radius).max(DVec2::ZERO).floor();
         let high = (spot + 0.5 * PARAMS.side * radius).min(DVec2::new(grey.width as f64, grey.height as f64)).ceil();
         let extent = high - low;
-        #[expect(clippy::cast_possible_truncation, reason = "inside of the picture")]
-        let window = Rect::new(low.x as i32, low.y as i32, extent.x as i32, extent.y as i32);
+        let window = Rect::new(truncate_i32(low.x), truncate_i32(low.y), truncate_i32(extent.x), truncate_i32(extent.y));
         let piece = Mat::roi(&mat, window).map_err(failed(what))?;
         let factor = radius / PARAMS.radius_px;
         let mut small = Mat::default();
@@ -154,8 +155,7 @@ pub fn outline(image: &impl GreyImage, [x, y, radius]: [f64; 3]) -> Vec<Vec<DVec
             let p = middle + r * direction;
             Some((image.value(p - side)? + image.value(p)? + image.value(p + side)?) / 3.0)
         };
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few hundred")]
-        let count = (PARAMS.ring[1] * radius / step) as usize;
+        let count = truncate_usize(PARAMS.ring[1] * radius / step);
         let radius_of = |i: f64| PARAMS.ring[0] * radius + i * step;
         let values: Vec<f64> = (0..count).map(|i| value(radius_of(i as f64))).collect::<Option<_>>()?;
         let slope = |i: usize| (values[i + 1] - values[i - 1]).abs();
@@ -181,8 +181,7 @@ pub fn highlight(image: &impl GreyImage, [x, y, radius]: [f64; 3]) -> Option<(DV
     let middle = DVec2::new(x, y);
     let reach = PARAMS.inside * radius;
     let step = (radius / PARAMS.highlight_step).max(0.5);
-    #[expect(clippy::cast_possible_truncation, reason = "a few hundred")]
-    let n = (reach / step) as i32;
+    let n = truncate_i32(reach / step);
     let mut values = Vec::new();
     for j in -n..=n {
         for i in -n..=n {
@@ -194,8 +193,7 @@ pub fn highlight(image: &impl GreyImage, [x, y, radius]: [f64; 3]) -> Option<(DV
     }
     let top = values.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
     let mut sorted: Vec<f64> = values.iter().map(|v| v.1).collect();
-    let half = sorted.len() / 2;
-    let median = *sorted.select_nth_unstable_by(half, f64::total_cmp).1;
+    let median = upper_median(&mut sorted)?;
     if !(top.1 > PARAMS.highlight * median.max(1e-9)) {
         return None;
     }

@@ -3,6 +3,8 @@
 use crate::edges::GreyImage;
 use crate::photo::PlanarImage;
 use biscale::error::{Error, Result};
+use biscale::numerics::cast::{narrow, truncate_i32, truncate_u8, truncate_usize};
+use biscale::numerics::statistics::rank;
 use glam::DVec2;
 use opencv::core::{Mat, Point2f, Vector};
 use rayon::prelude::*;
@@ -54,12 +56,11 @@ impl GreyImage8 {
         } else {
             percentile((0..count).step_by((count / SAMPLES).max(1)).map(luma).collect(), WHITE_PERCENTILE).max(1e-9)
         };
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a float to an integer saturates")]
         let pixels = (0..count)
             .into_par_iter()
             .map(|i| {
                 let v = (luma(i) / white).clamp(0.0, 1.0);
-                (255.0 * if encoded { v } else { v.sqrt() } + 0.5) as u8
+                truncate_u8(f64::from(255.0 * if encoded { v } else { v.sqrt() } + 0.5))
             })
             .collect();
         Self { width: picture.width, height: picture.height, pixels }
@@ -85,8 +86,7 @@ impl GreyImage for GreyImage8 {
         if !(p.x >= 0.0 && p.y >= 0.0 && p.x < (self.width - 1) as f64 && p.y < (self.height - 1) as f64) {
             return None;
         }
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "inside of the picture")]
-        let (i, j) = (p.x as usize, p.y as usize);
+        let (i, j) = (truncate_usize(p.x), truncate_usize(p.y));
         let (u, v) = (p.x - i as f64, p.y - j as f64);
         let at = |i: usize, j: usize| f64::from(self.pixels[j * self.width + i]);
         Some((1.0 - v) * ((1.0 - u) * at(i, j) + u * at(i + 1, j)) + v * ((1.0 - u) * at(i, j + 1) + u * at(i + 1, j + 1)))
@@ -106,24 +106,16 @@ impl GreyImage for Luminance<'_> {
 
 /// A percentile (0 to 1) of values; 0 without any.
 pub(crate) fn percentile(mut values: Vec<f32>, share: f64) -> f32 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
-    let k = ((values.len() - 1) as f64 * share) as usize;
-    *values.select_nth_unstable_by(k, f32::total_cmp).1
+    rank(&mut values, share).unwrap_or(0.0)
 }
 
 /// A length in whole pixels, at least 1.
 pub(crate) fn whole(v: f64) -> i32 {
-    #[expect(clippy::cast_possible_truncation, reason = "sizes of pictures")]
-    let v = v.round() as i32;
-    v.max(1)
+    truncate_i32(v.round()).max(1)
 }
 
 pub(crate) fn point(p: DVec2) -> Point2f {
-    #[expect(clippy::cast_possible_truncation, reason = "OpenCV's points are f32")]
-    Point2f::new(p.x as f32, p.y as f32)
+    Point2f::new(narrow(p.x), narrow(p.y))
 }
 
 pub(crate) fn place(p: Point2f) -> DVec2 {

@@ -2,6 +2,7 @@
 
 use super::field::Field;
 use super::grid::{Grid, Repeat};
+use biscale::numerics::cast::{narrow, truncate_i64};
 
 /// One repeat of the cloth in bins: for each different crossing `ky` rows of `kx`.
 #[derive(Clone, Debug)]
@@ -55,9 +56,8 @@ impl Fold {
         let mut out = self.clone();
         for axis in 0..2 {
             let half = 0.5 * share * [self.kx, self.ky][axis] as f64 / pitch[axis];
-            #[expect(clippy::cast_possible_truncation, reason = "some bins")]
-            let reach = (half + 0.5).ceil() as i64;
-            let weight = |d: i64| ((half + 0.5 - d.abs() as f64).clamp(0.0, 1.0).min(2.0 * half)) as f32;
+            let reach = truncate_i64((half + 0.5).ceil());
+            let weight = |d: i64| narrow((half + 0.5 - d.abs() as f64).clamp(0.0, 1.0).min(2.0 * half));
             let weights: Vec<(i64, f32)> = (-reach..=reach).map(|d| (d, weight(d))).filter(|w| w.1 > 0.0).collect();
             let from = out.clone();
             for crossing in 0..self.repeat.crossings() as i64 {

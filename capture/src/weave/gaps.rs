@@ -7,6 +7,7 @@
 //! nearer to the round one.
 
 use super::fold::Fold;
+use biscale::numerics::cast::truncate_i64;
 
 /// A hole and its sides, along x and y. Lengths are shares of the pitch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,8 +70,7 @@ struct Side {
 
 /// Where a profile that begins in a hole reaches the thread.
 fn side(profile: &dyn Fn(i64) -> f64, bins: usize) -> Option<Side> {
-    #[expect(clippy::cast_possible_truncation, reason = "a part of some bins")]
-    let (reach, beside) = ((PARAMS.reach * bins as f64) as i64, (PARAMS.beside * bins as f64).ceil() as i64);
+    let (reach, beside) = (truncate_i64(PARAMS.reach * bins as f64), truncate_i64((PARAMS.beside * bins as f64).ceil()));
     let rise = |k: i64| profile(k + 1) - profile(k);
     let k = (0..reach).max_by(|a, b| rise(*a).total_cmp(&rise(*b)))?;
     let contrast = profile(k + 1 + beside) / profile(0).max(1e-6);

@@ -12,6 +12,8 @@
 
 use super::fold::Fold;
 use super::simplex::simplex;
+use biscale::numerics::cast::truncate_usize;
+use biscale::numerics::linear_algebra::Cholesky;
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 use std::sync::Arc;
@@ -247,11 +249,13 @@ impl HoleModel {
             for (k, value) in rest.iter_mut().enumerate() {
                 let (b, a) = (k / TERMS, k % TERMS);
                 let data = (0..BINS).map(|row| wy[row] * y[b][row] * rows[row][c][a]).sum::<f64>() / BINS as f64;
-                let modelled: f64 = (0..ALL).map(|j| equations.matrix[k][j] * likely[j]).sum();
+                let modelled: f64 = (0..ALL).map(|j| equations.matrix[k * ALL + j] * likely[j]).sum();
                 left -= likely[k] * (2.0 * data - modelled);
                 *value = data - modelled;
             }
-            let change = equations.solved(&rest);
+            // Positive definite: a product of two positive semidefinite matrices, and the pulls. Without a factor nothing is explained.
+            let Some(factor) = &equations.factor else { return (squares, hole) };
+            let change = factor.solve(&rest);
             left -= rest.iter().zip(&change).map(|(r, d)| r * d).sum::<f64>();
             hole[c] = likely[0] + change[0];
         }
@@ -342,8 +346,7 @@ fn centre(bin: usize) -> f64 {
 
 /// The bin of a place.
 fn bin(place: f64) -> usize {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 1 times some bins")]
-    let bin = ((place + 0.5).rem_euclid(1.0) * BINS as f64) as usize;
+    let bin = truncate_usize((place + 0.5).rem_euclid(1.0) * BINS as f64);
     bin.min(BINS - 1)
 }
 
@@ -353,44 +356,20 @@ fn gram(profiles: &Profiles, weights: &[f64; BINS]) -> [[f64; TERMS]; TERMS] {
     std::array::from_fn(|a| std::array::from_fn(|b| mean(a, b)))
 }
 
-/// Normal equations of all coefficients, with Cholesky's factor of them and the pulls.
+/// Normal equations of all coefficients, and their factor with the pulls added to the diagonal.
 struct Equations {
-    matrix: Vec<[f64; ALL]>,
-    factor: Vec<[f64; ALL]>,
+    matrix: Vec<f64>,
+    factor: Option<Cholesky>,
 }
 
 impl Equations {
     /// The equations of the products of the functions of x and of y.
     fn new([x, y]: &[[[f64; TERMS]; TERMS]; 2], pull: f64) -> Self {
         let entry = |i: usize, j: usize| y[i / TERMS][j / TERMS] * x[i % TERMS][j % TERMS];
-        let matrix: Vec<[f64; ALL]> = (0..ALL).map(|i| std::array::from_fn(|j| entry(i, j))).collect();
-        let mut factor = vec![[0.0; ALL]; ALL];
-        for i in 0..ALL {
-            for j in 0..=i {
-                let dot: f64 = (0..j).map(|k| factor[i][k] * factor[j][k]).sum();
-                let rest = matrix[i][j] - dot;
-                factor[i][j] = if i == j {
-                    // Positive: the matrix is a product of two positive ones, and the pulls are added.
-                    (rest + if i == 0 { pull } else { PARAMS.even_pull }).max(1e-15).sqrt()
-                } else {
-                    rest / factor[j][j]
-                };
-            }
-        }
-        Self { matrix, factor }
-    }
-
-    fn solved(&self, rhs: &[f64; ALL]) -> [f64; ALL] {
-        let mut y = *rhs;
-        for i in 0..ALL {
-            let dot: f64 = (0..i).map(|k| self.factor[i][k] * y[k]).sum();
-            y[i] = (y[i] - dot) / self.factor[i][i];
-        }
-        for i in (0..ALL).rev() {
-            let dot: f64 = (i + 1..ALL).map(|k| self.factor[k][i] * y[k]).sum();
-            y[i] = (y[i] - dot) / self.factor[i][i];
-        }
-        y
+        let matrix: Vec<f64> = (0..ALL * ALL).map(|k| entry(k / ALL, k % ALL)).collect();
+        let mut pulled = matrix.clone();
+        (0..ALL).for_each(|i| pulled[i * ALL + i] += if i == 0 { pull } else { PARAMS.even_pull });
+        Self { matrix, factor: Cholesky::new(&pulled, ALL) }
     }
 }
 

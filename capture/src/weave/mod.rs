@@ -12,14 +12,11 @@
 //! drawn cloths of seeds 7 and 8 and judged on those of 9, 10 and 11, by
 //! `SEED=7 COUNT=140 cargo test -p biscale-capture --test weave table_of -- --ignored --nocapture`.
 
-#![allow(clippy::cast_possible_wrap, reason = "pixels, bins and threads are counted with signs, and far below 2^63")]
-
 mod analyse;
 mod analysis;
 mod autocorrelation;
 mod class;
 mod cloth;
-mod colour;
 mod draft_fit;
 mod drafts;
 mod field;

@@ -140,7 +140,9 @@ const SHARPEN: SharpenParams = SharpenParams {
 };
 
 /// Unknowns of the fit with blur, in units of [`SharpenParams`]: middles, widths, flatness, bend, blur.
-type Unknowns = [f64; 7];
+type Unknowns = [f64; UNKNOWNS];
+/// How many they are.
+const UNKNOWNS: usize = 7;
 /// Those that are pulled to their usual values; flatness and bend have [`shape_penalty`].
 const PULLED: [usize; 5] = [0, 1, 2, 3, 6];
 
@@ -177,7 +179,7 @@ impl Blurred<'_> {
 
     /// The best of a grid of widths and bends, rated without blur.
     fn best_start(&self) -> Unknowns {
-        let (mut best, mut value) = ([0.0; 7], f64::INFINITY);
+        let (mut best, mut value) = ([0.0; UNKNOWNS], f64::INFINITY);
         for bend in SHARPEN.bend_starts {
             for weft in SHARPEN.starts {
                 for warp in SHARPEN.starts {
@@ -234,8 +236,8 @@ pub(super) fn sharpen(fold: &Fold, best: &mut DraftFit, pitch: [f64; 2], gaps: O
         fill_unit: SHARPEN.fill_unit[seen],
         middle_unit: SHARPEN.middle_unit[seen],
     };
-    let start = if gaps.is_none() { search.best_start() } else { [0.0; 7] };
-    let unknowns = simplex(&|p| search.rate(p), search.descend(start), [SHARPEN.simplex; 7], SHARPEN.evaluations);
+    let start = if gaps.is_none() { search.best_start() } else { [0.0; UNKNOWNS] };
+    let unknowns = simplex(&|p| search.rate(p), search.descend(start), [SHARPEN.simplex; UNKNOWNS], SHARPEN.evaluations);
     let (shape, blur) = search.shape_of(&unknowns);
     best.fit.residual = shape.fit_blurred(fold, &best.labels, blur);
     best.fit.shares = shape.fit(fold, &best.labels).shares;

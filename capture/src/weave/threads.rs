@@ -1,14 +1,16 @@
 //! The threads of a cloth as numbers with units: pitch, width, turn, colour, each with its error.
 
 use super::analysis::{Axis, Weave};
+use super::autocorrelation;
 use super::class::Class;
 use super::cloth::Cloth;
 use super::draft_fit::draft_of;
 use super::input::RectifiedPhoto;
 use super::measured::Measured;
 use super::scale::Scale;
-use super::{autocorrelation, colour};
 use biscale::geometry::weave::Draft;
+use biscale::numerics::clustering::{Weighted, k_means};
+use biscale::numerics::colour::{delta_e_1976, lab};
 use glam::{DMat2, DVec2};
 
 /// How the colours of threads are told. Chosen, not measured.
@@ -102,16 +104,11 @@ fn thread_colours(scale: &Scale, cloth: &Cloth) -> ([([f64; 3], f64); 2], f64) {
             tops.push((top.what, [0, 1, 2].map(|c| f64::from(colour[c]) * mean[c]), f64::from(cloth.fold.count[bin])));
         }
     }
-    let clusters = colour::k_means(&tops.iter().map(|t| (t.1, t.2)).collect::<Vec<_>>(), 2, white);
-    let cluster_of = |linear: [f64; 3]| {
-        let lab = colour::lab(linear.map(|v| v / white));
-        (0..clusters.len())
-            .min_by(|&a, &b| colour::delta_e(clusters[a].lab, lab).total_cmp(&colour::delta_e(clusters[b].lab, lab)))
-            .unwrap_or(0)
-    };
+    let lab_of = |linear: [f64; 3]| lab(linear.map(|v| (v / white).max(0.0)));
+    let points: Vec<Weighted> = tops.iter().map(|t| Weighted { point: lab_of(t.1), weight: t.2 }).collect();
+    let clustered: Vec<usize> = k_means(&points, 2).0.into_iter().map(|label| label.unwrap_or(0)).collect();
     // Weights of each thread's tops in each cluster.
     let mut shared = [[0.0_f64; 2]; 2];
-    let clustered: Vec<usize> = tops.iter().map(|t| cluster_of(t.1)).collect();
     tops.iter().zip(&clustered).for_each(|(t, &g)| shared[t.0][g] += t.2);
     let straight = shared[0][0] + shared[1][1];
     let crossed = shared[0][1] + shared[1][0];
@@ -128,6 +125,6 @@ fn thread_colours(scale: &Scale, cloth: &Cloth) -> ([([f64; 3], f64); 2], f64) {
         }
         (sum.map(|s| s / f64::max(weight, PARAMS.least)), weight)
     });
-    let labs = colours.map(|c| colour::lab(c.0.map(|v| v / white)));
-    (colours, colour::delta_e(labs[0], labs[1]))
+    let [warp, weft] = colours.map(|c| lab_of(c.0));
+    (colours, delta_e_1976(warp, weft))
 }
