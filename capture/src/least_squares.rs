@@ -7,7 +7,7 @@ use biscale::numerics::linear_algebra::scaled_inverse;
 
 /// What a fit ends with.
 #[derive(Clone, Debug)]
-pub struct Fit {
+pub struct LeastSquaresFit {
     /// Best parameters.
     pub parameters: Vec<f64>,
     /// Sum of squared residuals there.
@@ -16,15 +16,41 @@ pub struct Fit {
     pub covariance: Option<Vec<f64>>,
 }
 
-/// Most steps.
-const STEPS: usize = 60;
-/// Relative change of the cost that ends the search.
-const ENOUGH: f64 = 1e-12;
+/// How steps are taken. Chosen, not measured.
+struct LevenbergMarquardtParams {
+    /// Most steps.
+    steps: usize,
+    /// Relative change of the cost that ends the search: well below what residuals of single precision tell.
+    enough: f64,
+    /// Step of the central differences over the typical change of a parameter.
+    difference: f64,
+    /// First damping, as a share of the diagonal of the normal matrix.
+    damping: f64,
+    /// Factor on the damping after a step that was good, ...
+    eased: f64,
+    /// ... after one that was not, ...
+    raised: f64,
+    /// ... and where the damped matrix cannot be inverted.
+    singular: f64,
+    /// Range of the damping; beyond it no step helps.
+    range: [f64; 2],
+}
+
+const PARAMS: LevenbergMarquardtParams = LevenbergMarquardtParams {
+    steps: 60,
+    enough: 1e-12,
+    difference: 1e-4,
+    damping: 1e-3,
+    eased: 0.2,
+    raised: 6.0,
+    singular: 10.0,
+    range: [1e-12, 1e12],
+};
 
 /// Minimises the sum of squared `residuals` from `start`; `scale` is a typical change of each parameter (for the derivatives: 1e-4 of it).
 ///
 /// Returns `None` if the residuals at `start` are not finite.
-pub fn minimise(start: &[f64], scale: &[f64], residuals: &dyn Fn(&[f64]) -> Vec<f64>) -> Option<Fit> {
+pub fn minimise(start: &[f64], scale: &[f64], residuals: &dyn Fn(&[f64]) -> Vec<f64>) -> Option<LeastSquaresFit> {
     let n = start.len();
     let cost_of = |r: &[f64]| r.iter().map(|v| v * v).sum::<f64>();
     let mut x = start.to_vec();
@@ -33,16 +59,16 @@ pub fn minimise(start: &[f64], scale: &[f64], residuals: &dyn Fn(&[f64]) -> Vec<
     if !cost.is_finite() {
         return None;
     }
-    let mut damping = 1e-3;
+    let mut damping = PARAMS.damping;
     let (mut normal, mut gradient) = normal_equations(&x, scale, &r, residuals);
-    for _ in 0..STEPS {
+    for _ in 0..PARAMS.steps {
         let mut damped = normal.clone();
         for k in 0..n {
             damped[k * n + k] += damping * normal[k * n + k].max(f64::MIN_POSITIVE);
         }
         let Some(inverse) = scaled_inverse(&damped, n) else {
-            damping *= 10.0;
-            if damping > 1e12 {
+            damping *= PARAMS.singular;
+            if damping > PARAMS.range[1] {
                 break;
             }
             continue;
@@ -53,19 +79,19 @@ pub fn minimise(start: &[f64], scale: &[f64], residuals: &dyn Fn(&[f64]) -> Vec<
         if trial_cost.is_finite() && trial_cost <= cost {
             let gain = cost - trial_cost;
             (x, r, cost) = (trial, trial_r, trial_cost);
-            damping = (damping * 0.2).max(1e-12);
+            damping = (damping * PARAMS.eased).max(PARAMS.range[0]);
             (normal, gradient) = normal_equations(&x, scale, &r, residuals);
-            if gain <= ENOUGH * cost {
+            if gain <= PARAMS.enough * cost {
                 break;
             }
         } else {
-            damping *= 6.0;
-            if damping > 1e12 {
+            damping *= PARAMS.raised;
+            if damping > PARAMS.range[1] {
                 break;
             }
         }
     }
-    Some(Fit { covariance: scaled_inverse(&normal, n), parameters: x, cost })
+    Some(LeastSquaresFit { covariance: scaled_inverse(&normal, n), parameters: x, cost })
 }
 
 /// `J^T J` and `J^T r`, by central differences.
@@ -73,7 +99,7 @@ fn normal_equations(x: &[f64], scale: &[f64], r: &[f64], residuals: &dyn Fn(&[f6
     let n = x.len();
     let columns: Vec<Vec<f64>> = (0..n)
         .map(|k| {
-            let h = 1e-4 * scale[k];
+            let h = PARAMS.difference * scale[k];
             let at = |d: f64| {
                 let mut x = x.to_vec();
                 x[k] += d;

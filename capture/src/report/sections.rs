@@ -212,3 +212,23 @@ pub(super) fn sample(capture: &Capture) -> Markup {
         p { (text) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_comes_from_files_is_escaped() {
+        let check = Check {
+            code: "CLIPPED".into(),
+            severity: Severity::Warn,
+            message: "<b> & \"quoted\"".into(),
+            measured: Some(0.25),
+            threshold: None,
+            unit: String::new(),
+            photograph: Some("a<b>.png".into()),
+        };
+        let html = checks(&[check]).into_string();
+        assert!(html.contains("a&lt;b&gt;.png") && html.contains("&lt;b&gt; &amp; ") && html.contains(">0.25<"), "{html}");
+    }
+}
