@@ -46,7 +46,7 @@ figure{margin:0}figure svg{width:100%;height:auto;display:block;background:#eee}
 figcaption b{font-size:1.1em}.large{grid-column:1/-1}\
 .marker{fill:none;stroke:#00d0ff}.sample{fill:none;stroke:#ffb000}.patch{fill:none;stroke:#fff}.ball{fill:none;stroke:#00ff60}\
 .grid{stroke:#ffe000;fill:none;opacity:.6}.cross{stroke:#ff3030;fill:none}\
-svg *{vector-effect:non-scaling-stroke;stroke-width:1.5}svg.plain *{vector-effect:none}\
+svg:not(.plain) *{vector-effect:non-scaling-stroke;stroke-width:1.5}\
 ";
 
 /// Roles of photographs in the order of the page: what a fit reads first.
