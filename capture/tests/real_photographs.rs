@@ -129,7 +129,7 @@ fn a_colour_checker_is_found_where_it_is_or_refused() {
         let mut picture = photo.picture;
         // They are pictures for the screen.
         for v in picture.planes.iter_mut().flatten() {
-            *v = biscale::image_file::srgb_to_linear((*v).into()) as f32;
+            *v = biscale::numerics::colour::srgb_to_linear((*v).into()) as f32;
         }
         let saturated = vec![false; picture.planes[0].len()];
         let found = checker::find(&picture, &saturated, None, None).unwrap().filter(|c| c.correction.mean_delta_e() < 25.0);
