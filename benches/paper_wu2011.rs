@@ -11,10 +11,8 @@ mod common;
 
 use biscale::brdf::{Brdf, Distribution, Measured};
 use biscale::filter::low_rank::map::Projection;
-use biscale::filter::low_rank::plan::Plan;
 use biscale::filter::low_rank::precomputed::{Precomputed, Settings};
-use biscale::filter::low_rank::rates::LARGEST;
-use biscale::filter::{Effective, Method, Quality};
+use biscale::filter::{Effective, LARGEST_MAPS, LowRankPlan, LowRankVariant, MatrixCache, Method, Quality};
 use biscale::material::{Material, SmallScale};
 use glam::DVec3;
 use std::path::Path;
@@ -71,11 +69,18 @@ fn table_3() {
         "| material | rows | columns | MB | kept MB | rate | rank | energy | CPU s | missed by directions, normals | paper: rows | columns | rank | kept MB | s |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
-    let Plan::Paper { directions, energy, .. } = Plan::PAPER else { unreachable!("the paper's plan is of the paper's variant") };
+    let LowRankPlan::Paper { directions, energy, .. } = LowRankPlan::PAPER else {
+        unreachable!("the paper's plan is of the paper's variant")
+    };
     for (name, rows, columns, rank, _, kept, seconds) in TABLE_3 {
         let brdf = material(name);
-        let settings =
-            Settings { projection: Projection::Paraboloid, least_directions: directions, largest: LARGEST, energy: energy[1], seed: 1 };
+        let settings = Settings {
+            projection: Projection::Paraboloid,
+            least_directions: directions,
+            largest: LARGEST_MAPS,
+            energy: energy[1],
+            seed: 1,
+        };
         let (m, cost) = common::measure(|| Precomputed::compute(&brdf, &settings, &|_| Ok(())).unwrap());
         println!(
             "| {name} | {} | {} | {:.1} | {:.2} | {:.0}:1 | {} | {:.1} % | {:.1} | {:.1} %, {:.1} %{} | {rows} | {columns} | {rank} | {kept} | {seconds} |",
@@ -114,7 +119,7 @@ fn compared(truth: &Effective, got: &Effective) -> (f64, f64) {
 }
 
 fn plan(text: String) -> Quality {
-    Quality { plan: Some(text), ..Quality::default() }
+    Quality { plan: Some(text.parse().expect("a plan")), ..Quality::default() }
 }
 
 fn figure_11() {
@@ -142,24 +147,19 @@ fn table_4() {
     println!("|---|---|---|---|---|---|---|---|---|---|---|");
     let pairs = common::projected_pairs(1000);
     let folder = tempfile::tempdir().unwrap();
-    let cache = biscale::filter::low_rank::cache::Cache { folder: folder.path().to_path_buf(), max_bytes: 8 << 30 };
+    let cache = MatrixCache { folder: folder.path().to_path_buf(), max_bytes: 8 << 30 };
     for (scene, name, truth_s, ours_s, paper_psnr) in TABLE_4 {
         let small = sample(name);
         let (truth, truth_cost) =
             common::measure(|| common::run(&small, &pairs, &Quality { method: Method::Reference, tolerance: 0.01, ..Quality::default() }));
         let quality = Quality {
             cache: Some(cache.clone()),
-            ..plan(format!("lowrank:paper:facets=8000:rates={}x{}", LARGEST.directions, LARGEST.normals))
+            ..plan(format!("lowrank:paper:facets=8000:rates={}x{}", LARGEST_MAPS.directions, LARGEST_MAPS.normals))
         };
         let (_, first) = common::measure(|| common::run(&small, &pairs[..1], &quality));
         let (got, cost) = common::measure(|| common::run(&small, &pairs, &quality));
         let (psnr, _) = compared(&truth, &got);
-        let improved = Quality {
-            method: Method::LowRank,
-            variant: biscale::filter::low_rank::Variant::Improved,
-            tolerance: 0.01,
-            ..Quality::default()
-        };
+        let improved = Quality { method: Method::LowRank, variant: LowRankVariant::Improved, tolerance: 0.01, ..Quality::default() };
         let (better, _) = compared(&truth, &common::run(&small, &pairs, &improved));
         let rows = got.summary.low_rank.iter().map(|f| f.m_size[0]).max().unwrap();
         println!(

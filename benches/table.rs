@@ -15,8 +15,7 @@ mod common;
 
 use biscale::brdf::Brdf;
 use biscale::direction::Pair;
-use biscale::filter::prepared::prepare;
-use biscale::filter::{Quality, Value};
+use biscale::filter::{Quality, Value, prepare};
 use biscale::material::SmallScale;
 use common::Cost;
 

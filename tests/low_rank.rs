@@ -6,9 +6,7 @@
 mod support;
 
 use biscale::error::Error;
-use biscale::filter::low_rank::Variant;
-use biscale::filter::low_rank::cache::Cache;
-use biscale::filter::{Control, Effective, Method, Quality, effective};
+use biscale::filter::{Control, Effective, LowRankVariant, MatrixCache, Method, Quality, effective};
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 use support::truth::Truth;
@@ -18,11 +16,11 @@ const TILES: [&str; 5] = ["vgroove", "pyramid", "rods", "weave", "bumpy"];
 const PAPER: &str = "lowrank:paper:rates=16x32";
 
 fn plan(plan: &str) -> Quality {
-    Quality { plan: Some(plan.to_owned()), ..Quality::default() }
+    Quality { plan: Some(plan.parse().unwrap()), ..Quality::default() }
 }
 
 fn improved(tolerance: f64) -> Quality {
-    Quality { method: Method::LowRank, variant: Variant::Improved, tolerance, ..Quality::default() }
+    Quality { method: Method::LowRank, variant: LowRankVariant::Improved, tolerance, ..Quality::default() }
 }
 
 /// Relative RMS difference from the truth.
@@ -82,11 +80,11 @@ fn the_ranks_are_those_of_the_surface() {
 #[test]
 fn a_plan_repeats_the_bits_at_any_number_of_threads_and_from_the_cache() {
     let folder = tempfile::tempdir().unwrap();
-    let cache = Cache { folder: folder.path().to_path_buf(), max_bytes: 1 << 30 };
+    let cache = MatrixCache { folder: folder.path().to_path_buf(), max_bytes: 1 << 30 };
     for (tile, quality) in [("weave", plan("lowrank:paper:facets=1000:rates=14x20")), ("weave", improved(0.05))] {
         let truth = Truth::load(tile, "ggx_0.30");
         let first = truth.run(&quality);
-        let again = plan(&first.summary.plan);
+        let again = plan(&first.summary.plan_text());
         let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
         for run in [
             truth.run(&again),
@@ -94,7 +92,7 @@ fn a_plan_repeats_the_bits_at_any_number_of_threads_and_from_the_cache() {
             truth.run(&Quality { cache: Some(cache.clone()), ..again.clone() }),
             truth.run(&Quality { cache: Some(cache.clone()), ..again.clone() }),
         ] {
-            assert_eq!(run.values, first.values, "{}", first.summary.plan);
+            assert_eq!(run.values, first.values, "{}", first.summary.plan_text());
         }
         assert_ne!(truth.run(&Quality { seed: 7, ..again.clone() }).values, first.values);
     }

@@ -57,6 +57,17 @@ impl Brdf {
         !matches!(self, Self::Measured(measured) if !measured.is_reciprocal())
     }
 
+    /// Roughness `alpha` of the narrowest lobe, that of a Beckmann lobe of about its width; 1 without a lobe.
+    pub fn roughness(&self) -> f64 {
+        match self {
+            Self::Lambert { .. } => 1.0,
+            Self::CookTorrance { alpha, .. } | Self::Ward { alpha, .. } => *alpha,
+            // The usual equivalence of Blinn's exponent and Beckmann's roughness (Walter et al. 2007, section 5.2: e = 2 / alpha² - 2).
+            Self::BlinnPhong { exponent, .. } => (2.0 / (exponent + 2.0)).sqrt(),
+            Self::Measured(measured) => measured.lobe_alpha(),
+        }
+    }
+
     /// `fr`, in 1/sr, of a facet with unit normal `n` for unit directions to the light and to the viewer.
     ///
     /// 0 when `wi` or `wo` is not above the facet; finite and never negative.

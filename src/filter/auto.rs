@@ -1,50 +1,70 @@
-//! `--method auto`: which method, and how many samples it starts with, by a small model of costs and errors.
+//! The method `auto`: which method, and how many samples it starts with, by a small model of costs and errors.
 //!
 //! | what is known | what follows | measured by |
 //! |---|---|---|
 //! | reflections after the first are wanted | `reference`: no other method has them | |
 //! | anything else | `direct`: 1.5 to 750 times less CPU time than `reference` for the same tolerance, on grooves, rods, lists of 1 to 1,600 pairs; `lowrank` shares its facets and visibility and adds to both | `cargo bench --bench methods`; `biscale study` |
-//! | up to [`FEW`] distinct normals | relative RMS error of 2,048 samples about [`FEW_ERROR`], whatever the lobe | `cargo bench --bench accuracy` |
-//! | more, area `r` footprints, sharpest lobe `alpha` (1 for diffuse) | about `r (`[`WIDE_ERROR`]` + `[`LOBE_ERROR`]` (1/alpha - 1))`; within a factor of 3 but for diffuse rods, of 4 | same |
+//! | up to 64 distinct normals | relative RMS error of 2,048 samples about .003, whatever the lobe | `cargo bench --bench accuracy` |
+//! | more, area `r` footprints, sharpest lobe `alpha` (1 for diffuse) | about `r (.0025 + .005 (1/alpha - 1))`; within a factor of 3 but for diffuse rods, of 4 | same |
 //! | `n` samples in place of 2,048 | `(2,048/n)^.75` of it | same |
 //! | 1,024 pairs or 512 directions, and more | the samples are found on one in 24 of the pairs, at least 64 | `biscale study` |
 //! | over 262,144 pairs | clusters of unequal normals, as wide as their error allows | `biscale study --pairs`; `cargo bench --bench paper_matrix` |
-//! | some directions see next to none of 2^18 samples, up to [`REFERENCE_PAIRS`] pairs | `reference`, which looks from the viewer: the error of `direct` is not in its estimate there | `cargo test --test extremes` |
+//! | some directions see next to none of 2^18 samples, up to 256 pairs | `reference`, which looks from the viewer: under-sampled directions do not contribute to the estimate of `direct` | `cargo test --test extremes` |
 //!
 //! The model only says where to start: what is kept is the error that the method then estimates, and a budget is kept by the clock. A start that
 //! is too low costs a part of the doublings that follow, one that is too high all that is too much: so it is a quarter of what the
 //! model says, or all of it where a round costs more than that (many triangles). Where four times as many as it says are fewer than the 2,048
 //! that the method starts with by itself, those do.
 
-use super::direct::Start;
-use super::{Control, Effective, Quality, direct, reference};
-use crate::brdf::Brdf;
+use super::control::Control;
+use super::direct::{MOST_SEARCH, StartHint, direct_from};
+use super::quality::Quality;
+use super::reference::reference;
+use super::tolerance::{RATE, SAFETY};
+use super::value::Effective;
 use crate::direction::Pair;
 use crate::error::Result;
 use crate::material::SmallScale;
 use rustc_hash::FxHashSet;
 
-/// Distinct normals that are few: the direct method sums over groups of these.
-const FEW: usize = 64;
-/// Error of 2,048 samples of a surface of few normals.
-const FEW_ERROR: f64 = 0.003;
-/// Error of 2,048 samples of others for each footprint of area, without a lobe.
-const WIDE_ERROR: f64 = 0.0025;
-/// What a lobe adds, times its roughness.
-const LOBE_ERROR: f64 = 0.005;
-/// The power of the samples that errors fall with.
-const RATE: f64 = 0.75;
-/// To keep a tolerance, an estimate must be within it this many times.
-const SAFETY: f64 = 1.5;
-/// How many times as many samples as are predicted are certainly enough.
-const ENOUGH: f64 = 4.0;
-/// Most pairs for which what direct samples hardly see is looked for by the reference method.
-const REFERENCE_PAIRS: usize = 256;
+/// The model of errors and costs: how many samples a surface and a tolerance will need.
+struct AutoModel {
+    /// Distinct normals that are few: the direct method sums over clusters of these.
+    few_normals: usize,
+    /// Samples that the errors below are of: those that the direct method starts with by itself.
+    samples: f64,
+    /// Relative RMS error of a surface of few normals, whatever the lobe (`cargo bench --bench accuracy`).
+    few_error: f64,
+    /// Error of others for each footprint of area, without a lobe (`cargo bench --bench accuracy`).
+    wide_error: f64,
+    /// What a lobe of roughness `alpha` adds, times `1/alpha - 1` (`cargo bench --bench accuracy`: within a factor of 3, of diffuse rods 4).
+    lobe_error: f64,
+    /// Roughness of the narrowest lobe that is told apart: `1/alpha` of narrower ones would ask for more samples than there are.
+    least_roughness: f64,
+    /// How many times as many samples as are predicted are certainly enough: the model is within a factor of 3 to 4.
+    enough: f64,
+    /// Most samples to start with: the model says where to start, not how far to go. Chosen, not measured.
+    most: u32,
+    /// Most pairs for which what direct samples under-sample is looked for by the reference method. Chosen, not measured: minutes.
+    reference_pairs: usize,
+}
+
+const MODEL: AutoModel = AutoModel {
+    few_normals: 64,
+    samples: 2048.0,
+    few_error: 0.003,
+    wide_error: 0.0025,
+    lobe_error: 0.005,
+    least_roughness: 1e-3,
+    enough: 4.0,
+    most: 1 << 20,
+    reference_pairs: 256,
+};
 
 /// What the model looks at.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Features {
-    /// Distinct normals; one more than [`FEW`] for any more.
+    /// Distinct normals; one more than [`AutoModel::few_normals`] for any more.
     normals: usize,
     /// Area over the footprint.
     area: f64,
@@ -61,36 +81,28 @@ impl Features {
             let [a, b, c] = tile.corners(k);
             let cross = (b - a).cross(c - a);
             area += 0.5 * cross.length();
-            if normals.len() <= FEW {
+            if normals.len() <= MODEL.few_normals {
                 // Normals that agree to six digits are one.
                 normals.insert((cross.normalize_or_zero() * 1e6).round().to_array().map(|x| (x + 0.0).to_bits()));
             }
         }
-        let alpha = small.surfaces.iter().map(|s| sharpness(&s.brdf)).fold(1.0, f64::min);
+        let alpha = small.surfaces.iter().map(|s| s.brdf.roughness().clamp(MODEL.least_roughness, 1.0)).fold(1.0, f64::min);
         Self { normals: normals.len(), area: area / tile.footprint(), alpha }
     }
 
-    /// Relative RMS error of 2,048 samples.
+    /// Relative RMS error of [`AutoModel::samples`] samples.
     fn error(&self) -> f64 {
-        if self.normals <= FEW { FEW_ERROR } else { self.area * (WIDE_ERROR + LOBE_ERROR * (1.0 / self.alpha - 1.0)) }
+        if self.normals <= MODEL.few_normals {
+            MODEL.few_error
+        } else {
+            self.area * (MODEL.wide_error + MODEL.lobe_error * (1.0 / self.alpha - 1.0))
+        }
     }
 
     /// Samples that a tolerance will probably need.
     fn samples(&self, tolerance: f64) -> f64 {
-        2048.0 * (SAFETY * self.error() / tolerance).powf(1.0 / RATE)
+        MODEL.samples * (SAFETY * self.error() / tolerance).powf(1.0 / RATE)
     }
-}
-
-/// Roughness of a BRDF's lobe, 1 without one.
-fn sharpness(brdf: &Brdf) -> f64 {
-    match brdf {
-        Brdf::Lambert { .. } => 1.0,
-        Brdf::CookTorrance { alpha, .. } | Brdf::Ward { alpha, .. } => *alpha,
-        // A power e has about the width of a Beckmann lobe with alpha² = 2/(e+2).
-        Brdf::BlinnPhong { exponent, .. } => (2.0 / (exponent + 2.0)).sqrt(),
-        Brdf::Measured(measured) => measured.lobe_alpha(),
-    }
-    .clamp(1e-3, 1.0)
 }
 
 /// What the model chooses, and says so in the notes.
@@ -98,19 +110,21 @@ pub(super) fn auto(small: &SmallScale, pairs: &[Pair], quality: &Quality, contro
     let features = Features::of(small);
     let predicted = features.samples(quality.tolerance);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-    let samples = |share: f64| (share * predicted).clamp(1.0, f64::from(1_u32 << 20)) as u32;
-    let start = Start { enough: samples(ENOUGH), expected: samples(1.0) };
-    let (mut result, hardly_seen) = direct::from(small, pairs, quality, control, start)?;
-    if hardly_seen > 0 && quality.budget.is_none() && pairs.len() <= REFERENCE_PAIRS {
-        let mut result = reference::reference(small, pairs, quality, control)?;
+    let samples = |share: f64| (share * predicted).clamp(1.0, f64::from(MODEL.most)) as u32;
+    let start = StartHint { enough: samples(MODEL.enough), expected: samples(1.0) };
+    let (mut result, undersampled) = direct_from(small, pairs, quality, control, start)?;
+    if undersampled > 0 && quality.budget.is_none() && pairs.len() <= MODEL.reference_pairs {
+        let mut result = reference(small, pairs, quality, control)?;
         result.summary.notes.insert(
             0,
-            format!("auto: reference, since {hardly_seen} directions see next to none of {} samples of the surface", direct::MOST_SEARCH),
+            format!("auto: reference, since {undersampled} directions see next to none of {MOST_SEARCH} samples of the surface"),
         );
         return Ok(result);
     }
     let kind = match features.normals {
-        n if n > FEW => format!("more than {FEW} normals, {:.1} footprints of area, sharpest lobe {:.3}", features.area, features.alpha),
+        n if n > MODEL.few_normals => {
+            format!("more than {} normals, {:.1} footprints of area, sharpest lobe {:.3}", MODEL.few_normals, features.area, features.alpha)
+        }
         n => format!("{n} normals"),
     };
     let note = format!("auto: direct ({kind}: about {predicted:.0} samples expected for a tolerance of {})", quality.tolerance);
@@ -136,7 +150,7 @@ mod tests {
         let grooves = features("\"grooves\"\nprofile = \"v\"", lambert);
         assert_eq!((grooves.normals, grooves.alpha), (2, 1.0));
         let weave = features("\"weave\"", "{ model = \"cook-torrance\", specular = 0.5, alpha = 0.05 }");
-        assert!(weave.normals > FEW && weave.area > 2.0 && weave.alpha == 0.05, "{weave:?}");
+        assert!(weave.normals > MODEL.few_normals && weave.area > 2.0 && weave.alpha == 0.05, "{weave:?}");
         let phong = features("\"grooves\"", "{ model = \"blinn-phong\", specular = 0.5, exponent = 198.0 }");
         assert!((phong.alpha - 0.1).abs() < 1e-12, "{phong:?}");
     }
@@ -144,7 +158,7 @@ mod tests {
     #[test]
     fn narrower_lobes_more_area_and_smaller_tolerances_need_more_samples() {
         let few = Features { normals: 2, area: 2.0, alpha: 0.05 };
-        let flat = Features { normals: FEW + 1, area: 1.2, alpha: 1.0 };
+        let flat = Features { normals: MODEL.few_normals + 1, area: 1.2, alpha: 1.0 };
         let narrow = Features { alpha: 0.05, ..flat };
         let rods = Features { area: 5.4, ..narrow };
         assert!(few.samples(0.01) < narrow.samples(0.01));

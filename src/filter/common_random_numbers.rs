@@ -1,13 +1,19 @@
-//! Values of a surface that is changed a little again and again, by the same samples each time: for fitting.
+//! Values of a surface that is changed a little again and again, by the same samples each time (common random numbers): for fitting.
 //!
-//! Of one bounce the symmetric kernel `S` is linear in the colours of the small-scale BRDFs. So it is not computed for colours, but for
-//! [`Slot`]s, each the share of one colour when that colour is 1: whoever knows the shares finds the colours by linear least squares.
+//! For direct light the kernel `S` is linear in the colours of the small-scale BRDFs,
+//!
+//! ```text
+//! S(wi,wo) = sum over slots k of colour_k · B_k(wi,wo)
+//! ```
+//!
+//! so not `S` is computed, but the basis reflectances `B_k`, each of one colour of one surface ([`Slot`]) with that colour 1 and all others 0. Given
+//! values of `S`, the colours follow from linear least squares.
 
-use super::Control;
-use super::demand::Demand;
+use super::control::Control;
 use super::lobes::{self, Lobe};
-use super::prepared::Tracer;
-use super::sums::{self, Views};
+use super::query::Query;
+use super::sums::{self, FacetSums, Views};
+use super::tracer::Tracer;
 use crate::brdf::Brdf;
 use crate::direction::{Pair, above_horizon};
 use crate::error::{Error, Result};
@@ -32,7 +38,7 @@ pub enum SlotColour {
     Diffuse,
     /// `specular`.
     Specular,
-    /// `scale` of a measured BRDF, with its tint; the share is that of the tint when it is 1.
+    /// `scale` of a measured BRDF, with its tint; the basis reflectance is that of the tint when it is 1.
     Tint,
 }
 
@@ -48,7 +54,7 @@ impl Slot {
 }
 
 /// A BRDF whose colour `colour` is 1 and whose other colour is 0.
-pub fn only(brdf: &Brdf, colour: SlotColour) -> Brdf {
+pub fn basis_brdf(brdf: &Brdf, colour: SlotColour) -> Brdf {
     let (one, zero) = ([1.0; 3], [0.0; 3]);
     let (d, s) = if colour == SlotColour::Diffuse { (one, zero) } else { (zero, one) };
     match brdf {
@@ -62,12 +68,13 @@ pub fn only(brdf: &Brdf, colour: SlotColour) -> Brdf {
     }
 }
 
-/// Stretches of the surface whose importance is told apart.
+/// Stretches of the surface whose importance is told apart: eight samples of the pilot each.
 const STRETCHES: usize = 256;
-/// Samples and directions of the look that tells it.
-const PILOT: u32 = 2048;
+/// Samples of the pilot that tells it: the fewest that the direct method starts with.
+const PILOT_SAMPLES: u32 = 2048;
+/// Directions of that pilot. Chosen, not measured.
 const PILOT_DIRECTIONS: usize = 24;
-/// Least importance, as a share of the mean: what is hidden now may be seen when the surface has changed.
+/// Least importance, as a share of the mean: what is hidden now may be seen when the surface has changed. Chosen, not measured.
 const LEAST_IMPORTANCE: f64 = 0.2;
 
 /// Samples that keep their places.
@@ -87,7 +94,7 @@ pub struct PlacedSamples<'a> {
 /// What [`PlacedSamples::basis_reflectance`] finds for a list of pairs.
 #[derive(Clone, Debug, Default)]
 pub struct BasisReflectance {
-    /// For each slot and pair its share of `S`, 1/sr, in each channel: the tint and Fresnel's factor may be coloured.
+    /// For each slot and pair `B`, 1/sr, in each channel: the tint and Fresnel's factor may be coloured.
     pub s: Vec<Vec<[f64; 3]>>,
     /// For each pair the visible projected area from the viewer over the footprint.
     pub av: Vec<f64>,
@@ -99,7 +106,7 @@ impl CommonRandomNumbers {
     /// # Errors
     /// `Interrupted`.
     pub fn new(small: &SmallScale, samples: u32, seed: u32, pairs: &[Pair], control: &Control<'_>) -> Result<Self> {
-        let pilot = Self { samples: CommonSamples::new(small, PILOT, seed) };
+        let pilot = Self { samples: CommonSamples::new(small, PILOT_SAMPLES, seed) };
         let placed = pilot.on(small, control)?;
         let all: Vec<DVec3> = pairs.iter().flat_map(|p| [p.wi, p.wo]).filter_map(above_horizon).collect();
         let some: Vec<DVec3> = all.iter().copied().step_by(all.len().div_ceil(PILOT_DIRECTIONS).max(1)).collect();
@@ -140,45 +147,46 @@ impl CommonRandomNumbers {
 }
 
 impl PlacedSamples<'_> {
-    /// The shares of `slots` in what the surface reflects, for each pair.
+    /// The basis reflectances of `slots` for each pair.
     ///
     /// # Errors
     /// `Interrupted`; failures of the visibility.
     pub fn basis_reflectance(&self, pairs: &[Pair], slots: &[Slot]) -> Result<BasisReflectance> {
         let Self { small, tracer, facets, samples } = self;
-        let demand = Demand::new(pairs, small.is_reciprocal());
-        let bits = tracer.see(facets, &demand.directions)?;
+        let query = Query::new(pairs, small.is_reciprocal());
+        let bits = tracer.see(facets, &query.directions)?;
         let scale = 1.0 / samples;
-        let areas: Vec<f64> = (demand.directions.iter().enumerate())
+        let areas: Vec<f64> = (query.directions.iter().enumerate())
             .map(|(d, &w)| scale * sums::visible_area(facets, w, bits.row(d)).iter().sum::<f64>())
             .collect();
         let mut views = Views::default();
-        let mut shares = BasisReflectance { s: Vec::with_capacity(slots.len()), av: vec![0.0; pairs.len()] };
+        let mut reflectance = BasisReflectance { s: Vec::with_capacity(slots.len()), av: vec![0.0; pairs.len()] };
         for slot in slots {
             let surface = &small.surfaces[slot.surface];
-            let brdf = only(&surface.brdf, slot.colour);
+            let brdf = basis_brdf(&surface.brdf, slot.colour);
             let mut of_surfaces: Vec<Vec<Lobe<'_>>> = vec![Vec::new(); small.surfaces.len()];
-            of_surfaces[slot.surface] = lobes::lobes(&brdf, tint(surface, slot.colour));
-            let mut sums = vec![[[0.0; 3]; SETS]; demand.pairs.len()];
+            of_surfaces[slot.surface] = lobes::lobes(&brdf, basis_tint(surface, slot.colour));
+            let mut sums = vec![[[0.0; 3]; SETS]; query.pairs.len()];
             let mut rest = &mut sums[..];
-            for task in demand.tasks() {
+            let of_facets = FacetSums { facets, bits: &bits, query: &query, groups: &tracer.surface.groups, lobes: &of_surfaces };
+            for task in query.tasks() {
                 let (slice, after) = rest.split_at_mut(task.len());
-                sums::add_pairs(facets, &bits, &demand, task, &tracer.surface.groups, &of_surfaces, &mut views, slice);
+                of_facets.add(task, &mut views, slice);
                 rest = after;
             }
             let value = |sets: &[[f64; 3]; SETS]| std::array::from_fn(|c| scale * sets.iter().map(|set| set[c]).sum::<f64>());
-            let wanted = demand.wanted.iter();
-            shares.s.push(wanted.map(|w| w.map_or([0.0; 3], |w| value(&sums[w.pair as usize]))).collect());
+            let entries = query.entries.iter();
+            reflectance.s.push(entries.map(|w| w.map_or([0.0; 3], |w| value(&sums[w.pair as usize]))).collect());
         }
-        for (av, wanted) in shares.av.iter_mut().zip(&demand.wanted) {
-            *av = wanted.map_or(0.0, |w| areas[w.viewer as usize]);
+        for (av, entry) in reflectance.av.iter_mut().zip(&query.entries) {
+            *av = entry.map_or(0.0, |w| areas[w.viewer as usize]);
         }
-        Ok(shares)
+        Ok(reflectance)
     }
 }
 
 /// What a surface's tint multiplies a colour by.
-pub fn tint(surface: &Surface, colour: SlotColour) -> [f64; 3] {
+pub fn basis_tint(surface: &Surface, colour: SlotColour) -> [f64; 3] {
     match surface.tint {
         Tint::Uniform(tint) if colour != SlotColour::Tint => tint,
         _ => [1.0; 3],
@@ -208,21 +216,21 @@ mod tests {
     }
 
     #[test]
-    fn shares_times_colours_add_up_to_the_values_of_the_direct_method() {
+    fn basis_reflectances_times_colours_add_up_to_the_values_of_the_direct_method() {
         let cancel = AtomicBool::new(false);
         let material = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/photos/weave.toml");
         let small = Material::load(&material).unwrap().build().unwrap();
         let slots: Vec<Slot> =
             (0..2).flat_map(|surface| [SlotColour::Diffuse, SlotColour::Specular].map(|colour| Slot { surface, colour })).collect();
         let colours = [[0.45, 0.06, 0.05], [0.25; 3], [0.05, 0.12, 0.40], [0.25; 3]];
-        let shares = CommonRandomNumbers::new(&small, 1 << 14, 3, &pairs(), &control(&cancel)).unwrap();
-        let shares = shares.on(&small, &control(&cancel)).unwrap().basis_reflectance(&pairs(), &slots).unwrap();
+        let reflectance = CommonRandomNumbers::new(&small, 1 << 14, 3, &pairs(), &control(&cancel)).unwrap();
+        let reflectance = reflectance.on(&small, &control(&cancel)).unwrap().basis_reflectance(&pairs(), &slots).unwrap();
         let quality = Quality { tolerance: 2e-3, ..Quality::default() };
         let exact = effective(&small, &pairs(), &quality, &control(&cancel)).unwrap();
         for (k, value) in exact.values.iter().enumerate() {
-            assert!((shares.av[k] / value.av - 1.0).abs() < 0.01, "{} and {}", shares.av[k], value.av);
+            assert!((reflectance.av[k] / value.av - 1.0).abs() < 0.01, "{} and {}", reflectance.av[k], value.av);
             for c in 0..3 {
-                let sum: f64 = shares.s.iter().zip(&colours).map(|(s, colour)| s[k][c] * colour[c]).sum();
+                let sum: f64 = reflectance.s.iter().zip(&colours).map(|(s, colour)| s[k][c] * colour[c]).sum();
                 assert!((sum / value.s[c] - 1.0).abs() < 0.02, "pair {k}, channel {c}: {sum} and {}", value.s[c]);
             }
         }

@@ -4,12 +4,13 @@
 //! independent sets would have (`numerics.md`, section 3.6). The sets share one low-discrepancy sequence and err less together; by how
 //! much is read off the spread of pairs and of fours of them, pooled over all values: see [`Spread::correction`].
 
-use super::Value;
-use crate::direction::MIN_COSINE;
+use super::query::Query;
+use super::sums::PairSums;
+use super::value::Value;
+use crate::direction::{MIN_COSINE, Pair};
 use crate::facets::SETS;
-
-/// Sums of a pair: RGB for each set.
-pub type PairSums = [[f64; 3]; SETS];
+use crate::simd::{self, Kernel};
+use rayon::prelude::*;
 
 /// Squared deviations, pooled over values, of eight sets, of four pairs of sets, and of two fours of them; and the squared values.
 #[derive(Clone, Copy, Debug, Default)]
@@ -141,6 +142,71 @@ impl Spread {
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self { groups: std::array::from_fn(|k| self.groups[k] + other.groups[k]), energy: self.energy + other.energy }
+    }
+}
+
+/// Sums of some pairs, complete.
+pub(super) struct CompleteSums<'a> {
+    /// What the list needs.
+    pub query: &'a Query,
+    /// The list.
+    pub list: &'a [Pair],
+    /// Sums of the pairs from `first` on.
+    pub sums: &'a [PairSums],
+    /// Place of the first pair in [`Query::pairs`].
+    pub first: usize,
+    /// Sums of visible area, one a direction.
+    pub areas: &'a [[f64; SETS]],
+    /// Samples that were summed over.
+    pub samples: u32,
+}
+
+impl CompleteSums<'_> {
+    /// Writes the values at the places `order` of the list, and adds to their spread.
+    pub fn write(&self, order: &[u32], values: &mut [Value], spread: &mut Spread) {
+        /// Values worked out at once; the same at any number of threads, as the sums of their spreads must be.
+        const CHUNK: usize = 2048;
+        let chunks: Vec<(Vec<Value>, Spread)> =
+            order.par_chunks(CHUNK).map(|order| simd::run(Evaluate { complete: self, order })).collect();
+        for (order, (chunk, of_chunk)) in order.chunks(CHUNK).zip(chunks) {
+            for (&k, value) in order.iter().zip(chunk) {
+                values[k as usize] = value;
+            }
+            *spread = spread.and(of_chunk);
+        }
+    }
+}
+
+struct Evaluate<'a> {
+    complete: &'a CompleteSums<'a>,
+    order: &'a [u32],
+}
+
+impl Kernel for Evaluate<'_> {
+    type Output = (Vec<Value>, Spread);
+
+    #[inline(always)]
+    fn run(self) -> (Vec<Value>, Spread) {
+        let CompleteSums { query, list, sums, first, areas, samples } = *self.complete;
+        let mut spread = Spread::default();
+        let mut values = Vec::with_capacity(self.order.len());
+        for &k in self.order {
+            let entry = query.entries[k as usize].expect("ordered places have entries");
+            let area = &areas[entry.viewer as usize];
+            values.push(value(&sums[entry.pair as usize - first], area, samples, list[k as usize].wi.z, &mut spread));
+        }
+        (values, spread)
+    }
+}
+
+/// Applies [`Spread::correction`] to the standard errors of values.
+pub(super) fn correct(values: &mut [Value], spread: &Spread) {
+    let factor = spread.correction();
+    for value in values {
+        for c in 0..3 {
+            value.se[c] *= factor;
+            value.s_se[c] *= factor;
+        }
     }
 }
 

@@ -5,62 +5,63 @@
 //! large (Neyman allocation): to facets that many pairs see and that reflect unlike the average, not to the feet of rods that
 //! nothing sees.
 
-use super::demand::Demand;
 use super::lobes::{Half, Lobe};
-use super::sums;
+use super::query::Query;
+use super::sums::{BLOCK_FACETS, normals, seen_cosine};
+use super::tracer::Batch;
 use crate::facets::{Facets, Group};
 use crate::simd::{self, Kernel, LANES};
-use crate::visibility::Bits;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Pairs that the residuals are taken over; more would cost more than they tell.
+/// Pairs that the residuals are taken over; more would cost more than they tell. Chosen, not measured.
 const PAIRS: usize = 256;
-/// Share of the samples that go by area all the same, so that what the pilot run missed is not lost.
+/// Share of the samples that go by area all the same (defensive sampling: Hesterberg 1995), so that no weight exceeds 1 / share and what the pilot run
+/// missed is not lost. Chosen, not measured.
 const DEFENSIVE: f64 = 0.25;
 
 /// What the pilot run found: `q = fbar`, as the mean of the channels, and `a = av`, for a pair of the list.
 #[derive(Clone, Copy, Debug)]
-pub struct Known {
+pub struct PilotValue {
     /// Cosine-weighted effective BRDF.
     pub q: f64,
     /// Visible projected area over the footprint.
     pub a: f64,
 }
 
-/// Importance of `stretches` stretches of the surface of equal area, by a pilot run of uniformly spread `facets`.
+/// Importance of `stretches` stretches of the surface of equal area, by a pilot run of samples spread by area.
 ///
 /// `known(k)` is what the run found for pair `k` of the list.
 pub fn importance(
-    facets: &Facets,
-    bits: &Bits,
-    demand: &Demand,
+    pilot: &Batch,
+    query: &Query,
     groups: &[Group],
     lobes: &[Vec<Lobe<'_>>],
-    known: impl Fn(usize) -> Known + Sync,
+    known: impl Fn(usize) -> PilotValue + Sync,
     stretches: usize,
 ) -> Vec<f64> {
-    let step = demand.wanted.len().div_ceil(PAIRS).max(1);
-    let chosen: Vec<usize> = (0..demand.wanted.len()).step_by(step).filter(|&k| demand.wanted[k].is_some()).collect();
-    let blocks: Vec<usize> = (0..facets.triangle.len()).step_by(sums::BLOCK_FACETS).collect();
+    let Batch { facets, bits, .. } = pilot;
+    let step = query.entries.len().div_ceil(PAIRS).max(1);
+    let chosen: Vec<usize> = (0..query.entries.len()).step_by(step).filter(|&k| query.entries[k].is_some()).collect();
+    let blocks: Vec<usize> = (0..facets.triangle.len()).step_by(BLOCK_FACETS).collect();
     let squares: Vec<Vec<f32>> = blocks
         .par_iter()
         .map(|&start| {
-            let mut squares = vec![0.0; sums::BLOCK_FACETS.min(facets.triangle.len() - start)];
+            let mut squares = vec![0.0; BLOCK_FACETS.min(facets.triangle.len() - start)];
             for &k in &chosen {
-                let wanted = demand.wanted[k].expect("filtered above");
+                let entry = query.entries[k].expect("filtered above");
                 let known = known(k);
                 if known.a > 0.0 {
-                    let [first, second] = demand.pairs[wanted.pair as usize];
-                    let light = if wanted.viewer == second { first } else { second };
-                    let side = |d: u32| (demand.directions[d as usize], bits.row(d as usize));
+                    let [first, second] = query.pairs[entry.pair as usize];
+                    let light = if entry.viewer == second { first } else { second };
+                    let seen_from = |d: u32| (query.directions[d as usize], bits.row(d as usize));
                     simd::run(Residuals {
                         facets,
                         start,
                         groups,
                         lobes,
-                        light: side(light),
-                        viewer: side(wanted.viewer),
+                        light: seen_from(light),
+                        viewer: seen_from(entry.viewer),
                         known,
                         squares: &mut squares,
                     });
@@ -101,7 +102,7 @@ struct Residuals<'a> {
     lobes: &'a [Vec<Lobe<'a>>],
     light: (DVec3, &'a [u64]),
     viewer: (DVec3, &'a [u64]),
-    known: Known,
+    known: PilotValue,
     squares: &'a mut [f32],
 }
 
@@ -119,12 +120,12 @@ impl Kernel for Residuals<'_> {
             let lobes = &lobes[usize::from(group.surface)];
             let (from, to) = (range.start.max(start), range.end.min(start + squares.len()));
             for chunk in (from..to.max(from)).step_by(LANES) {
-                let cosine_o = sums::seen_cosine(facets, chunk, viewer.0, viewer.1);
+                let cosine_o = seen_cosine(facets, chunk, viewer.0, viewer.1);
                 if cosine_o == [0.0; LANES] {
                     continue;
                 }
-                let cosine_i = sums::seen_cosine(facets, chunk, light.0, light.1);
-                let normals = sums::normals(facets, chunk);
+                let cosine_i = seen_cosine(facets, chunk, light.0, light.1);
+                let normals = normals(facets, chunk);
                 let mut reflected = [0.0; LANES];
                 for lobe in lobes {
                     let grey = (lobe.colour_at(i_dot_h).iter().sum::<f64>() / 3.0) as f32;

@@ -1,16 +1,16 @@
 //! The kernels against their plain twins: sums in lanes and over clusters against a loop over facets with `Brdf::eval`.
 
-use super::demand::Demand;
-use super::estimate::PairSums;
-use super::lobes::lobes;
-use super::prepared::{Batch, Materials, Tracer, add_pairs, surface_lobes};
+use super::sums::{Materials, PairSums, add_pairs, surface_lobes};
+use super::tracer::{Batch, Tracer};
 use super::*;
+use crate::direction::Pair;
 use crate::facets::{Clustering, Runs, SETS};
-use crate::material::{Material, Tint, TintImage};
+use crate::material::{Material, SmallScale, Tint, TintImage};
 use crate::toml_reader::Source;
 use glam::DVec3;
 use std::f64::consts::PI;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// BRDFs of every model, rough, and so narrow that the half angle must come from differences.
 const MODELS: [&str; 11] = [
@@ -55,17 +55,17 @@ fn pairs(small: &SmallScale) -> Vec<Pair> {
 static NEVER: AtomicBool = AtomicBool::new(false);
 static CONTROL: Control<'static> = Control { cancel: &NEVER, progress: &|_, _| {}, clock: &|| 0.0 };
 
-fn traced<'a>(small: &'a SmallScale, demand: &Demand, clustering: Option<&Clustering>, samples: u32) -> (Tracer<'a>, Batch) {
+fn traced<'a>(small: &'a SmallScale, query: &Query, clustering: Option<&Clustering>, samples: u32) -> (Tracer<'a>, Batch) {
     let tracer = Tracer::new(small, clustering, 5, &CONTROL);
-    let batch = tracer.batch(Runs::of_block(0, samples, 0, 1), &demand.directions).unwrap();
+    let batch = tracer.batch(Runs::of_block(0, samples, 0, 1), &query.directions).unwrap();
     (tracer, batch)
 }
 
 /// The sums by a loop over facets.
-fn by_loop(small: &SmallScale, tracer: &Tracer<'_>, batch: &Batch, demand: &Demand) -> Vec<PairSums> {
+fn by_loop(small: &SmallScale, tracer: &Tracer<'_>, batch: &Batch, query: &Query) -> Vec<PairSums> {
     let facets = &batch.facets;
     let one = |&[i, o]: &[u32; 2]| {
-        let (wi, wo) = (demand.directions[i as usize], demand.directions[o as usize]);
+        let (wi, wo) = (query.directions[i as usize], query.directions[o as usize]);
         let mut sums = [[0.0; 3]; SETS];
         for (f, &t) in facets.triangle.iter().enumerate() {
             let sees = |d: u32| batch.bits.row(d as usize)[f / 64] >> (f % 64) & 1 == 1;
@@ -84,7 +84,7 @@ fn by_loop(small: &SmallScale, tracer: &Tracer<'_>, batch: &Batch, demand: &Dema
         }
         sums
     };
-    demand.pairs.iter().map(one).collect()
+    query.pairs.iter().map(one).collect()
 }
 
 /// Asserts that sums agree to `relative` of the value and `absolute` of the largest.
@@ -97,10 +97,10 @@ fn assert_agree(got: &[PairSums], expected: &[PairSums], relative: f64, absolute
     }
 }
 
-fn sums(small: &SmallScale, tracer: &Tracer<'_>, batch: &Batch, demand: &Demand, by_clusters: bool) -> Vec<PairSums> {
+fn sums(small: &SmallScale, tracer: &Tracer<'_>, batch: &Batch, query: &Query, by_clusters: bool) -> Vec<PairSums> {
     let lobes = surface_lobes(&small.surfaces);
-    let mut sums = vec![[[0.0; 3]; SETS]; demand.pairs.len()];
-    add_pairs(batch, demand, &demand.tasks(), &Materials::new(&tracer.surface.groups, &lobes, by_clusters), &mut sums);
+    let mut sums = vec![[[0.0; 3]; SETS]; query.pairs.len()];
+    add_pairs(batch, query, &query.tasks(), &Materials::new(&tracer.surface.groups, &lobes, by_clusters), &mut sums);
     sums
 }
 
@@ -108,11 +108,11 @@ fn sums(small: &SmallScale, tracer: &Tracer<'_>, batch: &Batch, demand: &Demand,
 fn sums_in_lanes_are_those_of_a_loop_over_facets() {
     for model in MODELS {
         let small = surface(model);
-        let demand = Demand::new(&pairs(&small), false);
-        let (tracer, batch) = traced(&small, &demand, None, 1024);
-        let expected = by_loop(&small, &tracer, &batch, &demand);
+        let query = Query::new(&pairs(&small), false);
+        let (tracer, batch) = traced(&small, &query, None, 1024);
+        let expected = by_loop(&small, &tracer, &batch, &query);
         // Normals in f32 are off by 6e-8, which a lobe of roughness 1e-3 sees as 1e-4 of its width; exponent 1e6 is as narrow.
-        assert_agree(&sums(&small, &tracer, &batch, &demand, false), &expected, 1e-3, 1e-5, model);
+        assert_agree(&sums(&small, &tracer, &batch, &query, false), &expected, 1e-3, 1e-5, model);
     }
 }
 
@@ -120,11 +120,11 @@ fn sums_in_lanes_are_those_of_a_loop_over_facets() {
 fn sums_over_clusters_of_equal_normals_are_those_of_a_loop_over_facets() {
     for model in MODELS {
         let small = surface(model);
-        let demand = Demand::new(&pairs(&small), false);
-        let (tracer, batch) = traced(&small, &demand, Some(&Clustering { spread: vec![0.0], most: 64 }), 1024);
+        let query = Query::new(&pairs(&small), false);
+        let (tracer, batch) = traced(&small, &query, Some(&Clustering { spread: vec![0.0], most: 64 }), 1024);
         assert!(tracer.is_clustered() && tracer.surface.groups.len() == 4, "{} groups", tracer.surface.groups.len());
-        let expected = by_loop(&small, &tracer, &batch, &demand);
-        assert_agree(&sums(&small, &tracer, &batch, &demand, true), &expected, 1e-3, 1e-5, model);
+        let expected = by_loop(&small, &tracer, &batch, &query);
+        assert_agree(&sums(&small, &tracer, &batch, &query, true), &expected, 1e-3, 1e-5, model);
     }
 }
 
@@ -136,10 +136,10 @@ fn a_tint_image_weighs_each_facet() {
         small.surfaces[0].tint = Tint::Image(Arc::new(image));
         small.tile.uv =
             Some(small.tile.triangles.iter().map(|t| t.map(|v| small.tile.vertices[v as usize].truncate() / small.tile.period)).collect());
-        let demand = Demand::new(&pairs(&small), false);
-        let (tracer, batch) = traced(&small, &demand, None, 1024);
-        let expected = by_loop(&small, &tracer, &batch, &demand);
-        assert_agree(&sums(&small, &tracer, &batch, &demand, false), &expected, 1e-3, 1e-5, model);
+        let query = Query::new(&pairs(&small), false);
+        let (tracer, batch) = traced(&small, &query, None, 1024);
+        let expected = by_loop(&small, &tracer, &batch, &query);
+        assert_agree(&sums(&small, &tracer, &batch, &query, false), &expected, 1e-3, 1e-5, model);
     }
 }
 
@@ -149,22 +149,22 @@ fn wide_clusters_of_a_smooth_surface_err_by_little_and_less_than_mean_normals_wo
                 brdf = { model = \"cook-torrance\", specular = 1.0, alpha = 0.1 }\n";
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/truth/m.toml");
     let small = Material::parse(&Source { path, text: text.into() }).unwrap().build().unwrap();
-    let demand = Demand::new(&pairs(&small), false);
-    let (tracer, batch) = traced(&small, &demand, Some(&Clustering { spread: vec![0.04], most: 8000 }), 1 << 16);
+    let query = Query::new(&pairs(&small), false);
+    let (tracer, batch) = traced(&small, &query, Some(&Clustering { spread: vec![0.04], most: 8000 }), 1 << 16);
     let relative = |got: &[PairSums], expected: &[PairSums]| {
         let total = |s: &PairSums| s.iter().map(|set| set[0]).sum::<f64>();
         let difference: f64 = got.iter().zip(expected).map(|(a, b)| (total(a) - total(b)).powi(2)).sum();
         (difference / expected.iter().map(|s| total(s).powi(2)).sum::<f64>()).sqrt()
     };
-    let expected = sums(&small, &tracer, &batch, &demand, false);
-    let widened = relative(&sums(&small, &tracer, &batch, &demand, true), &expected);
+    let expected = sums(&small, &tracer, &batch, &query, false);
+    let widened = relative(&sums(&small, &tracer, &batch, &query, true), &expected);
     let mut narrow = tracer.surface.groups.clone();
     for group in &mut narrow {
         group.cluster.as_mut().unwrap().covariance = [0.0; 3];
     }
     let lobes = surface_lobes(&small.surfaces);
-    let mut by_means = vec![[[0.0; 3]; SETS]; demand.pairs.len()];
-    add_pairs(&batch, &demand, &demand.tasks(), &Materials::new(&narrow, &lobes, true), &mut by_means);
+    let mut by_means = vec![[[0.0; 3]; SETS]; query.pairs.len()];
+    add_pairs(&batch, &query, &query.tasks(), &Materials::new(&narrow, &lobes, true), &mut by_means);
     let by_means = relative(&by_means, &expected);
     // Slopes spread by .4 of the roughness: far beyond what the direct method accepts.
     assert!(widened < 0.1 && widened < 0.7 * by_means, "widened {widened}, mean normals {by_means}");
@@ -175,12 +175,12 @@ fn an_edit_to_a_table_that_is_not_reciprocal_looks_both_ways_round() {
     let small = surface("{ model = \"lambert\", albedo = 0.5 }");
     let pairs = pairs(&small);
     let quality = Quality { tolerance: 0.02, ..Quality::default() };
-    let (prepared, _) = prepared::prepare(&small, &pairs, &quality, &CONTROL).unwrap();
+    let (prepared, _) = prepare(&small, &pairs, &quality, &CONTROL).unwrap();
     let mut edited = small;
     let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("samples/brdf/paper_white_rgb.bsdf");
     edited.surfaces[0].brdf = crate::brdf::Brdf::Measured(crate::brdf::Measured::read(&file, 1.0).unwrap().into());
     let (values, _) = prepared.evaluate(&edited.surfaces, &CONTROL).unwrap();
-    let (whole, _) = prepared::prepare(&edited, &pairs, &quality, &CONTROL).map(|(p, e)| (e.values, p)).unwrap();
+    let (whole, _) = prepare(&edited, &pairs, &quality, &CONTROL).map(|(p, e)| (e.values, p)).unwrap();
     let apart = |a: &Value, b: &Value| (a.fbar[0] - b.fbar[0]).abs() / (a.fbar[0] + b.fbar[0] + 0.05);
     let worst = values.iter().zip(&whole).map(|(a, b)| apart(a, b)).fold(0.0, f64::max);
     assert!(worst < 0.05, "{worst}");

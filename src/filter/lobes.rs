@@ -1,8 +1,8 @@
 //! The lobes of the small-scale BRDFs, split into what depends on one direction and what depends on both.
 //!
-//! `fr (n·i)(n·o)` of every analytic model is `colour(pair) · side(n·i) · side(n·o) · shape(n·h)`: a sum over facets needs `side` once a
+//! `fr (n·i)(n·o)` of every analytic model is `colour(pair) · masking(n·i) · masking(n·o) · shape(n·h)`: a sum over facets needs `masking` once a
 //! facet and direction and `shape` once a facet and pair, and colours and Fresnel's factor, which depends on `i·h` alone, once a
-//! pair. [`Side`] and [`Shape`] work on [`LANES`] facets in f32; `crate::brdf::Brdf::eval` is their plain twin.
+//! pair. [`Masking`] and [`Shape`] work on [`LANES`] facets in f32; `crate::brdf::Brdf::eval` is their plain twin.
 
 use crate::brdf::{Brdf, Colour, Distribution, Measured};
 use crate::simd::{LANES, Lanes};
@@ -17,16 +17,16 @@ pub struct Lobe<'a> {
     /// Reflectance at normal incidence of Schlick's factor; without it the factor is 1.
     pub f0: Option<Colour>,
     /// What depends on one direction.
-    pub side: Side,
+    pub masking: Masking,
     /// What depends on the half vector.
     pub shape: Shape,
-    /// A table, which does not split: its values replace `side` and `shape`.
-    pub whole: Option<&'a Measured>,
+    /// A table, which does not split: its values replace `masking` and `shape`.
+    pub table: Option<&'a Measured>,
 }
 
 /// What depends on one direction, by its cosine with the normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Side {
+pub enum Masking {
     /// The cosine.
     Cosine,
     /// Its square root (Ward).
@@ -56,28 +56,28 @@ pub enum Shape {
 #[expect(clippy::cast_possible_truncation, reason = "the sums are in f32")]
 pub fn lobes(brdf: &Brdf, tint: Colour) -> Vec<Lobe<'_>> {
     let tinted = |colour: &Colour, factor: f64| std::array::from_fn(|c| colour[c] * tint[c] * factor);
-    let lobe = |colour, side, shape| Lobe { colour, f0: None, side, shape, whole: None };
-    let diffuse = |colour: &Colour| lobe(tinted(colour, 1.0 / PI), Side::Cosine, Shape::Constant);
+    let lobe = |colour, masking, shape| Lobe { colour, f0: None, masking, shape, table: None };
+    let diffuse = |colour: &Colour| lobe(tinted(colour, 1.0 / PI), Masking::Cosine, Shape::Constant);
     let mut lobes = match brdf {
         Brdf::Lambert { albedo } => vec![diffuse(albedo)],
         Brdf::BlinnPhong { diffuse: d, specular, exponent } => {
-            vec![diffuse(d), lobe(tinted(specular, (exponent + 2.0) / (2.0 * PI)), Side::Cosine, Shape::Power(*exponent as f32))]
+            vec![diffuse(d), lobe(tinted(specular, (exponent + 2.0) / (2.0 * PI)), Masking::Cosine, Shape::Power(*exponent as f32))]
         }
         Brdf::CookTorrance { diffuse: d, specular, alpha, distribution, f0 } => {
             let a2 = alpha * alpha;
             let specular = match distribution {
-                Distribution::Ggx => lobe(tinted(specular, a2 / (4.0 * PI)), Side::Ggx(a2 as f32), Shape::Ggx(a2 as f32)),
+                Distribution::Ggx => lobe(tinted(specular, a2 / (4.0 * PI)), Masking::Ggx(a2 as f32), Shape::Ggx(a2 as f32)),
                 Distribution::Beckmann => {
-                    lobe(tinted(specular, 1.0 / (4.0 * PI * a2)), Side::Beckmann(*alpha as f32), Shape::Beckmann((1.0 / a2) as f32))
+                    lobe(tinted(specular, 1.0 / (4.0 * PI * a2)), Masking::Beckmann(*alpha as f32), Shape::Beckmann((1.0 / a2) as f32))
                 }
             };
             vec![diffuse(d), Lobe { f0: *f0, ..specular }]
         }
         Brdf::Ward { diffuse: d, specular, alpha } => {
             let a2 = alpha * alpha;
-            vec![diffuse(d), lobe(tinted(specular, 1.0 / (4.0 * PI * a2)), Side::Root, Shape::Ward((1.0 / a2) as f32))]
+            vec![diffuse(d), lobe(tinted(specular, 1.0 / (4.0 * PI * a2)), Masking::Root, Shape::Ward((1.0 / a2) as f32))]
         }
-        Brdf::Measured(measured) => vec![Lobe { whole: Some(measured), ..lobe(tint, Side::Cosine, Shape::Constant) }],
+        Brdf::Measured(measured) => vec![Lobe { table: Some(measured), ..lobe(tint, Masking::Cosine, Shape::Constant) }],
     };
     lobes.retain(|lobe| lobe.colour != [0.0; 3]);
     lobes
@@ -95,7 +95,7 @@ impl Lobe<'_> {
     #[inline(always)]
     pub fn at_normals(&self, normals: &[Lanes; 3], cosines: [&Lanes; 2], [wi, wo]: [DVec3; 2], half: &Half) -> Lanes {
         let mut value = [0.0; LANES];
-        if self.whole.is_some() {
+        if self.table.is_some() {
             let seen = (0..LANES).any(|l| cosines[0][l] > 0.0 && cosines[1][l] > 0.0);
             if seen {
                 let [r, g, b] = self.table_values(normals, wi, wo);
@@ -108,9 +108,9 @@ impl Lobe<'_> {
         }
         let (sin2, cos2) = half_angles(normals, &[*half]);
         let [shape] = self.shape.eval(&sin2, &cos2);
-        let (side_i, side_o) = (self.side.eval(cosines[0]), self.side.eval(cosines[1]));
+        let (masking_i, masking_o) = (self.masking.eval(cosines[0]), self.masking.eval(cosines[1]));
         for l in 0..LANES {
-            value[l] = if cosines[0][l] > 0.0 && cosines[1][l] > 0.0 { side_i[l] * side_o[l] * shape[l] } else { 0.0 };
+            value[l] = if cosines[0][l] > 0.0 && cosines[1][l] > 0.0 { masking_i[l] * masking_o[l] * shape[l] } else { 0.0 };
         }
         value
     }
@@ -118,7 +118,7 @@ impl Lobe<'_> {
     /// `fr (n·i)+ (n·o)+` of a table for some normals, by channel; 0 for a lobe that is no table.
     #[inline(always)]
     pub fn table_values(&self, normals: &[Lanes; 3], wi: DVec3, wo: DVec3) -> [Lanes; 3] {
-        let Some(measured) = self.whole else { return [[0.0; LANES]; 3] };
+        let Some(measured) = self.table else { return [[0.0; LANES]; 3] };
         let (wi, wo) = (wi.as_vec3(), wo.as_vec3());
         let mut values = measured.eval_lanes(normals, wi, wo);
         let (cos_i, cos_o) = (cosines(normals, wi), cosines(normals, wo));
@@ -157,7 +157,7 @@ pub fn half_angles<const N: usize>(normals: &[Lanes; 3], half: &[Half; N]) -> ([
     (sin2, cos2)
 }
 
-impl Side {
+impl Masking {
     /// The factor of facets whose cosines with the direction are `cosine`, all in `0..=1`.
     #[inline(always)]
     pub fn eval(self, cosine: &Lanes) -> Lanes {

@@ -163,7 +163,7 @@ impl QueryTable {
         let corners: Vec<[u32; 9]> = keys.par_iter().map(|&key| corners(&grid, key).map(|pair| place[&pair])).collect();
         let ordered: Vec<[u32; 2]> = queried.iter().map(|&pair| halves(pair)).collect();
         let pairs = distinct(&ordered, source.small.is_reciprocal());
-        let repeated = Quality { plan: Some(source.summary.plan.clone()), ..quality.clone() };
+        let repeated = Quality { plan: source.summary.plan.clone(), ..quality.clone() };
         let nodes = stand_ins(&grid);
         let mut filled = Vec::with_capacity(ordered.len());
         for chunk in ordered.chunks(CHUNK) {

@@ -305,7 +305,7 @@ fn tables(
 fn report(world: &World<'_>, material: usize, plan: &QueryPlan, table: &QueryTable) -> MaterialReport {
     MaterialReport {
         method: plan.summary.method,
-        plan: plan.summary.plan.clone(),
+        plan: plan.summary.plan_text(),
         facets: plan.summary.facets,
         rings: plan.rings,
         cells: table.cells(),

@@ -236,9 +236,10 @@ fn bands_and_threads_change_no_bit() {
 fn a_budget_and_a_plan_are_refused() {
     let stage = Stage::new();
     let scene = stage.scene(4, &format!("{SUN}[[object]]\nkind = \"sphere\"\nradius = 1\nmaterial = \"flat.toml\"\n"));
-    for quality in
-        [Quality { budget: Some(1.0), ..Quality::default() }, Quality { plan: Some("direct:2048x1".to_owned()), ..Quality::default() }]
-    {
+    for quality in [
+        Quality { budget: Some(1.0), ..Quality::default() },
+        Quality { plan: Some("direct:2048x1".parse().unwrap()), ..Quality::default() },
+    ] {
         let error = with_control(|control| render(&scene, &quality, control).unwrap_err());
         assert!(matches!(error, Error::Unsupported { .. }), "{error}");
     }

@@ -5,7 +5,7 @@
 use super::point_sums::{Placement, Precision};
 use super::question::Asked;
 use super::work::Work;
-use crate::filter::Method;
+use crate::filter::{CLUSTER_WIDTHS, DirectPlan, LowRankPlan, MapSides, Method, Plan};
 
 /// Settings that differ in one thing.
 #[derive(Clone, Debug, PartialEq)]
@@ -94,7 +94,9 @@ fn tolerances(asked: Asked, quick: bool) -> Vec<Series> {
 }
 
 fn direct(asked: Asked, quick: bool) -> Vec<Series> {
-    let plan = |facets: u32, more: &str| (facets.to_string(), Work::by_plan(Method::Direct, format!("direct:{facets}x1{more}")));
+    let plan = |facets: u32, more: fn(DirectPlan) -> DirectPlan| {
+        (facets.to_string(), Work::by_plan(Plan::Direct(more(DirectPlan::samples_by_area(facets)))))
+    };
     let series = |title: &str, varied, about, steps| Series { asked, title: title.to_owned(), varied, about, steps };
     let facets: &[u32] = match asked {
         Asked::List => &[64, 256, 1024, 4096, 16_384, 65_536, 262_144],
@@ -107,22 +109,20 @@ fn direct(asked: Asked, quick: bool) -> Vec<Series> {
             "direct: facets spread by area",
             "facets",
             "each facet stands for the same area",
-            facets.iter().map(|&n| plan(n, "")).collect(),
+            facets.iter().map(|&n| plan(n, |plan| plan)).collect(),
         ),
         series(
             "direct: facets where they are worth most",
             "facets",
             "a pilot run of 8,192 facets, which the cost includes, says where facets are worth most",
-            weighted.iter().map(|&n| plan(n, ":weighted")).collect(),
+            weighted.iter().map(|&n| plan(n, |plan| DirectPlan { weighted: true, ..plan })).collect(),
         ),
     ];
     if asked == Asked::Table {
         // Short lists group equal normals only: their clusters cannot be narrowed.
         const CLUSTERED: u32 = 16_384;
-        let base = plan(CLUSTERED, "").1;
-        let narrowed = |k: usize| plan(CLUSTERED, &format!(":narrowed{k}")).1;
-        let widths = ["1", "0.7", "0.5", "0"];
-        let steps = widths.iter().enumerate().map(|(k, w)| ((*w).to_owned(), if k == 0 { base.clone() } else { narrowed(k) })).collect();
+        let narrowed = |narrowed: usize| Plan::Direct(DirectPlan { narrowed, ..DirectPlan::samples_by_area(CLUSTERED) });
+        let steps = CLUSTER_WIDTHS.iter().enumerate().map(|(k, width)| (width.to_string(), Work::by_plan(narrowed(k)))).collect();
         all.push(series(
             "direct: clusters of normals, 16,384 facets",
             "width",
@@ -136,15 +136,13 @@ fn direct(asked: Asked, quick: bool) -> Vec<Series> {
 /// Plan of the paper's method: facets, side of the map of directions of the visibility, largest sides of the maps of `M`, kept shares of the
 /// power of `N` and of `M`.
 fn paper(facets: u32, directions: u32, rates: [u32; 2], energy: [f64; 2]) -> Work {
-    let ([d, n], [of_n, of_m]) = (rates, energy);
-    let plan = format!("lowrank:paper:facets={facets}:directions={directions}:rates={d}x{n}:energy={of_n},{of_m}");
-    Work::by_plan(Method::LowRank, plan)
+    let rates = MapSides { directions: rates[0] as usize, normals: rates[1] as usize };
+    Work::by_plan(Plan::LowRank(LowRankPlan::Paper { facets: facets as usize, directions: directions as usize, rates, energy }))
 }
 
 /// Plan of the improved method: facets, side of the map of normals, kept shares of the power of `N` and of `M`.
 fn improved(facets: u32, normals: u32, energy: [f64; 2]) -> Work {
-    let [of_n, of_m] = energy;
-    Work::by_plan(Method::LowRank, format!("lowrank:improved:facets={facets}:normals={normals}:energy={of_n},{of_m}"))
+    Work::by_plan(Plan::LowRank(LowRankPlan::Improved { facets: facets as usize, normals: normals as usize, energy }))
 }
 
 fn low_rank(asked: Asked, quick: bool) -> Vec<Series> {

@@ -7,8 +7,7 @@
 use crate::direction::Pair;
 use crate::error::Result;
 use crate::facets::{self, Density, Facets, NO_TRIANGLE, SETS, Surface};
-use crate::filter::demand::Demand;
-use crate::filter::{Control, Effective, Summary, Value, lobes, sums as kernels};
+use crate::filter::{Control, Effective, FacetSums, Query, QueryEntry, Summary, Value, Views, lobes, visible_area};
 use crate::material::{SmallScale, Tint};
 use crate::numerics::low_discrepancy::{fraction, hash, sobol_2d};
 use crate::numerics::random::hash_64;
@@ -86,12 +85,12 @@ impl Precision {
 /// Pairs over which sums of 32 bits are compared with those of 64.
 const COMPARED: usize = 32;
 
-/// Facets and what they see of the directions of a demand.
+/// Facets and what they see of the directions of a query.
 struct Seen<'a> {
     small: &'a SmallScale,
     surface: Surface,
     facets: Facets,
-    demand: Demand,
+    query: Query,
     bits: Bits,
 }
 
@@ -112,32 +111,32 @@ pub fn sums(
     let begun = clock();
     let surface = Surface::new(small, None);
     let facets = facets::at_places(small, &surface, &Density::uniform(&surface), &placement.points(count, seed));
-    let mut seen = Seen { small, surface, facets, demand: Demand::new(pairs, false), bits: Bits::default() };
+    let mut seen = Seen { small, surface, facets, query: Query::new(pairs, false), bits: Bits::default() };
     let sampled = clock();
     seen.see(control)?;
     (control.progress)("sums", 0.5);
     let traced = clock();
-    let demand = &seen.demand;
+    let query = &seen.query;
     let totals = match precision {
-        Precision::F64 => demand.pairs.par_iter().map(|&pair| seen.plain(pair)).collect(),
+        Precision::F64 => query.pairs.par_iter().map(|&pair| seen.plain(pair)).collect(),
         Precision::F32 => seen.lanes(),
     };
-    let areas: Vec<f64> = (0..demand.directions.len())
+    let areas: Vec<f64> = (0..query.directions.len())
         .into_par_iter()
         .map(|d| match precision {
             Precision::F64 => seen.plain_area(d),
-            Precision::F32 => kernels::visible_area(&seen.facets, demand.directions[d], seen.bits.row(d)).iter().sum(),
+            Precision::F32 => visible_area(&seen.facets, query.directions[d], seen.bits.row(d)).iter().sum(),
         })
         .collect();
     control.check()?;
-    let value = |wanted: &Option<_>, pair: &Pair| {
-        let Some(crate::filter::demand::Wanted { pair: k, viewer }) = wanted else { return Value::default() };
+    let value = |entry: &Option<_>, pair: &Pair| {
+        let Some(QueryEntry { pair: k, viewer }) = entry else { return Value::default() };
         let (light, av) = (pair.wi.z.max(crate::direction::MIN_COSINE), areas[*viewer as usize] / f64::from(count));
         let s: [f64; 3] = totals[*k as usize].map(|total: f64| total / f64::from(count));
         let fbar = if av > 0.0 { s.map(|x| x / av) } else { [0.0; 3] };
         Value { s, fbar, fhat: fbar.map(|x| x / light), av, ..Value::default() }
     };
-    let values = demand.wanted.iter().zip(pairs).map(|(wanted, pair)| value(wanted, pair)).collect();
+    let values = query.entries.iter().zip(pairs).map(|(entry, pair)| value(entry, pair)).collect();
     let mut notes = Vec::new();
     if precision == Precision::F32 {
         let difference = seen.difference(&totals);
@@ -148,7 +147,7 @@ pub fn sums(
         method: "points",
         facets: count as usize,
         clusters: count as usize,
-        directions: demand.directions.len(),
+        directions: query.directions.len(),
         stages: stages.into_iter().map(|(name, seconds)| (name, 1e3 * seconds)).collect(),
         notes,
         ..Summary::default()
@@ -159,12 +158,12 @@ pub fn sums(
 impl Seen<'_> {
     /// Finds the visibility of all directions: by projection, or by rays where the projection spans too many periods.
     fn see(&mut self, control: &Control<'_>) -> Result<()> {
-        let Self { small, surface, facets, demand, bits } = self;
+        let Self { small, surface, facets, query, bits } = self;
         let words = facets.triangle.len() / 64;
         let far = |w: DVec3| raster::reach(surface, w) > raster::MAX_REACH;
-        let rays = demand.directions.iter().any(|&w| far(w)).then(|| PeriodicBvh::new(&small.tile)).transpose()?;
-        *bits = Bits { words, rows: vec![0; words * demand.directions.len()] };
-        let rows = bits.rows.par_chunks_mut(words.max(1)).zip(&demand.directions);
+        let rays = query.directions.iter().any(|&w| far(w)).then(|| PeriodicBvh::new(&small.tile)).transpose()?;
+        *bits = Bits { words, rows: vec![0; words * query.directions.len()] };
+        let rows = bits.rows.par_chunks_mut(words.max(1)).zip(&query.directions);
         rows.for_each_init(raster::Scratch::default, |scratch, (row, &w)| {
             if control.check().is_err() {
                 return;
@@ -185,7 +184,7 @@ impl Seen<'_> {
 
     /// `sum weight fr (n·wi)(n·wo)` over the facets that both directions of a pair see, in 64 bits.
     fn plain(&self, [i, o]: [u32; 2]) -> [f64; 3] {
-        let (wi, wo) = (self.demand.directions[i as usize], self.demand.directions[o as usize]);
+        let (wi, wo) = (self.query.directions[i as usize], self.query.directions[o as usize]);
         let (seen_i, seen_o) = (self.bits.row(i as usize), self.bits.row(o as usize));
         let mut sum = [0.0; 3];
         for (word, (a, b)) in seen_i.iter().zip(seen_o).enumerate() {
@@ -217,27 +216,27 @@ impl Seen<'_> {
 
     /// `sum weight (n·w)` over the facets that a direction sees, in 64 bits.
     fn plain_area(&self, direction: usize) -> f64 {
-        let (w, row) = (self.demand.directions[direction], self.bits.row(direction));
+        let (w, row) = (self.query.directions[direction], self.bits.row(direction));
         let facets = self.facets.triangle.iter().enumerate().filter(|(f, _)| row[f / 64] >> (f % 64) & 1 == 1);
         facets.map(|(f, &t)| f64::from(self.facets.weight[f]) * self.surface.normals[t as usize].dot(w).max(0.0)).sum()
     }
 
     /// The sums of all pairs by the kernel of the method `direct`.
     fn lanes(&self) -> Vec<[f64; 3]> {
-        let of = |brdf, tint: &Tint| lobes::lobes(brdf, if let Tint::Uniform(tint) = tint { *tint } else { [1.0; 3] });
+        let of = |brdf, tint: &Tint| lobes(brdf, if let Tint::Uniform(tint) = tint { *tint } else { [1.0; 3] });
         let of_surfaces: Vec<_> = self.small.surfaces.iter().map(|s| of(&s.brdf, &s.tint)).collect();
-        let tasks = self.demand.tasks();
-        let sums: Vec<Vec<[[f64; 3]; SETS]>> = tasks
+        let Self { facets, bits, query, .. } = self;
+        let sums = FacetSums { facets, bits, query, groups: &self.surface.groups, lobes: &of_surfaces };
+        let tasks = query.tasks();
+        let totals: Vec<Vec<[[f64; 3]; SETS]>> = tasks
             .into_par_iter()
             .map(|task| {
-                let mut sums = vec![[[0.0; 3]; SETS]; task.len()];
-                let mut views = kernels::Views::default();
-                let groups = &self.surface.groups;
-                kernels::add_pairs(&self.facets, &self.bits, &self.demand, task, groups, &of_surfaces, &mut views, &mut sums);
-                sums
+                let mut of_task = vec![[[0.0; 3]; SETS]; task.len()];
+                sums.add(task, &mut Views::default(), &mut of_task);
+                of_task
             })
             .collect();
-        sums.into_iter().flatten().map(|sets| std::array::from_fn(|c| sets.iter().map(|set| set[c]).sum())).collect()
+        totals.into_iter().flatten().map(|sets| std::array::from_fn(|c| sets.iter().map(|set| set[c]).sum())).collect()
     }
 
     /// Relative RMS difference of `totals` from sums in 64 bits, over some pairs.
@@ -245,7 +244,7 @@ impl Seen<'_> {
         let step = totals.len().div_ceil(COMPARED).max(1);
         let (mut squares, mut energy) = (0.0, 0.0);
         for k in (0..totals.len()).step_by(step) {
-            for (a, b) in totals[k].iter().zip(self.plain(self.demand.pairs[k])) {
+            for (a, b) in totals[k].iter().zip(self.plain(self.query.pairs[k])) {
                 squares += (a - b).powi(2);
                 energy += b * b;
             }

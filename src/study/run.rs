@@ -4,9 +4,7 @@ use super::point_sums;
 use super::work::Work;
 use crate::direction::Pair;
 use crate::error::Result;
-use crate::filter::low_rank::Variant;
-use crate::filter::low_rank::cache::Cache;
-use crate::filter::{self, Control, Effective, Quality};
+use crate::filter::{self, Control, Effective, LowRankVariant, MatrixCache, Quality};
 use crate::material::SmallScale;
 
 /// Values of `pairs` by a setting; `cache` is where the low-rank method keeps what it computes once a BRDF.
@@ -29,12 +27,19 @@ use crate::material::SmallScale;
 /// assert!(deviation(&found, &truth).error < 0.1);
 /// # Ok::<(), biscale::Error>(())
 /// ```
-pub fn run(small: &SmallScale, pairs: &[Pair], work: &Work, seed: u64, cache: Option<Cache>, control: &Control<'_>) -> Result<Effective> {
+pub fn run(
+    small: &SmallScale,
+    pairs: &[Pair],
+    work: &Work,
+    seed: u64,
+    cache: Option<MatrixCache>,
+    control: &Control<'_>,
+) -> Result<Effective> {
     match work {
         Work::Effective { method, tolerance, budget, bounces, plan } => {
             let (tolerance, budget, bounces, plan) = (*tolerance, *budget, *bounces, plan.clone());
             // To a tolerance: the published variant knows none.
-            let variant = Variant::Improved;
+            let variant = LowRankVariant::Improved;
             let quality = Quality { method: *method, tolerance, budget, seed, bounces, plan, variant, cache };
             filter::effective(small, pairs, &quality, control)
         }

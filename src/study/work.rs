@@ -2,7 +2,7 @@
 
 use super::point_sums::{Placement, Precision};
 use crate::error::BadInput;
-use crate::filter::Method;
+use crate::filter::{LowRankPlan, Method, Plan};
 use std::fmt;
 
 /// One setting: what is run. Shown as its name, which [`Work::parse`] reads.
@@ -19,7 +19,7 @@ pub enum Work {
         /// Reflections after the first.
         bounces: u32,
         /// Plan to follow.
-        plan: Option<String>,
+        plan: Option<Plan>,
     },
     /// Plain sums over facets placed in some way: a library question, and no method of the program.
     Points {
@@ -125,8 +125,13 @@ impl Work {
         Self::Effective { method, tolerance, budget: None, bounces: 0, plan: None }
     }
 
-    /// A method by a plan that begins with its name.
-    pub(super) fn by_plan(method: Method, plan: String) -> Self {
+    /// A method by a plan of it.
+    pub(super) fn by_plan(plan: Plan) -> Self {
+        let method = match plan {
+            Plan::Direct(_) => Method::Direct,
+            Plan::Reference(_) => Method::Reference,
+            Plan::LowRank(_) => Method::LowRank,
+        };
         Self::Effective { method, tolerance: 1.0, budget: None, bounces: 0, plan: Some(plan) }
     }
 
@@ -135,13 +140,13 @@ impl Work {
         match self {
             Self::Points { .. } => Family::Points,
             Self::Effective { bounces, .. } if *bounces > 0 => Family::Interreflections,
-            Self::Effective { method, plan, .. } => match (method, plan.as_deref().unwrap_or_default()) {
+            Self::Effective { method, plan, .. } => match (method, plan) {
                 (Method::Auto, _) => Family::Auto,
-                (Method::Direct, plan) if plan.contains(":weighted") => Family::DirectWeighted,
-                (Method::Direct, plan) if plan.contains(":narrowed") => Family::DirectClusters,
-                (Method::Direct, "") => Family::DirectTolerance,
+                (Method::Direct, Some(Plan::Direct(plan))) if plan.weighted => Family::DirectWeighted,
+                (Method::Direct, Some(Plan::Direct(plan))) if plan.narrowed > 0 => Family::DirectClusters,
+                (Method::Direct, None) => Family::DirectTolerance,
                 (Method::Direct, _) => Family::DirectFacets,
-                (Method::LowRank, plan) if plan.contains(":paper") => Family::LowRankPaper,
+                (Method::LowRank, Some(Plan::LowRank(LowRankPlan::Paper { .. }))) => Family::LowRankPaper,
                 (Method::LowRank, _) => Family::LowRankImproved,
                 (Method::SphericalGaussian, _) => Family::SphericalGaussian,
                 (Method::Reference, _) => Family::Reference,
@@ -165,7 +170,7 @@ impl Work {
         }
         let method = METHODS.into_iter().find(|m| m.0 == first).ok_or_else(bad)?.1;
         if !rest.starts_with("tolerance=") {
-            return Ok(Self::by_plan(method, text.to_owned()));
+            return text.parse().map(Self::by_plan);
         }
         let (mut tolerance, mut budget, mut bounces) = (None, None, 0);
         for field in rest.split(':') {

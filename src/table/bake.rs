@@ -109,7 +109,7 @@ pub fn build(recipe: &BakeRecipe<'_>, lobes: Option<&GuideLobes<'_>>, values: &m
     // Where the facets alone miss the tolerance, a bias of half their error adds no more than an eighth to it.
     let wanted = (quality.tolerance * quality.tolerance - facets * facets).max(facets * facets / 4.0).sqrt();
     let guide = lobes.map(|l| l.guide(probes.mean_s(), &probes.directions(GUIDE_PROBES)));
-    let values_quality = Quality { plan: Some(probes.summary.plan.clone()), ..facet_quality(quality) };
+    let values_quality = Quality { plan: probes.summary.plan.clone(), ..facet_quality(quality) };
     let mut rings = fixed.unwrap_or(FIRST_RINGS);
     let mut done = 0.1;
     loop {
@@ -177,7 +177,7 @@ fn about(recipe: &BakeRecipe<'_>, probes: &Probes, table: &EffectiveTable, error
         name: recipe.name.to_owned(),
         material: recipe.material.to_owned(),
         method: probes.summary.method.to_owned(),
-        plan: probes.summary.plan.clone(),
+        plan: probes.summary.plan_text(),
         seed: recipe.quality.seed,
         bounces: recipe.quality.bounces,
         tolerance: recipe.quality.tolerance,

@@ -71,7 +71,7 @@ impl Groove {
     pub fn values(&self, relative_rms: f64) -> impl FnMut(&[Pair], &Quality, std::ops::Range<f64>) -> Result<Effective, Error> {
         let groove = self.clone();
         move |pairs, _, _| {
-            let summary = Summary { method: "direct", plan: "exact".into(), facets: 2, relative_rms, ..Summary::default() };
+            let summary = Summary { method: "direct", facets: 2, relative_rms, ..Summary::default() };
             Ok(Effective { values: pairs.iter().map(|p| groove.value(p)).collect(), summary })
         }
     }

@@ -83,7 +83,7 @@ pub fn run(surface: &SmallScale, pairs: &[Pair], quality: &Quality) -> Effective
 
 /// The direct method by a plan.
 pub fn direct(surface: &SmallScale, pairs: &[Pair], plan: &str) -> Effective {
-    run(surface, pairs, &Quality { method: Method::Direct, plan: Some(plan.into()), ..Quality::default() })
+    run(surface, pairs, &Quality { method: Method::Direct, plan: Some(plan.parse().unwrap()), ..Quality::default() })
 }
 
 /// The reference method to a tolerance.
@@ -130,7 +130,7 @@ fn low_rank_is_sound(surface: &SmallScale, pairs: &[Pair], what: &str) {
     for plan in ["lowrank:paper:facets=512:directions=6:rates=8x8", "lowrank:improved:facets=1024:normals=8"] {
         let reversed = pairs.iter().map(|p| Pair { wi: p.wo, wo: p.wi });
         let both: Vec<Pair> = pairs.iter().copied().chain(reversed).collect();
-        let result = run(surface, &both, &Quality { plan: Some(plan.to_owned()), ..Quality::default() });
+        let result = run(surface, &both, &Quality { plan: Some(plan.parse().unwrap()), ..Quality::default() });
         assert_sound(&result, &both, &format!("{plan}, {what}"));
         let (there, back) = result.values.split_at(pairs.len());
         for ((a, b), pair) in there.iter().zip(back).zip(pairs) {

@@ -4,7 +4,8 @@ use crate::common::lowrank_cache::{VARIABLE, user_cache};
 use crate::common::options::CommonArgs;
 use crate::common::output;
 use biscale::error::{Error, Result};
-use biscale::filter::low_rank::cache::{Cache, Entry};
+use biscale::filter::MatrixCache;
+use biscale::filter::low_rank::CacheEntry;
 use clap::{Args, Subcommand};
 use serde::Serialize;
 use std::time::SystemTime;
@@ -51,7 +52,7 @@ pub fn run(args: &CacheArgs, common: &CommonArgs) -> Result<()> {
     }
 }
 
-fn list(cache: &Cache, common: &CommonArgs) -> Result<()> {
+fn list(cache: &MatrixCache, common: &CommonArgs) -> Result<()> {
     let entries = cache.list()?;
     let bytes = entries.iter().map(|e| e.bytes).sum();
     if common.json {
@@ -86,8 +87,8 @@ struct Listed {
     label: Option<String>,
 }
 
-impl From<&Entry> for Listed {
-    fn from(entry: &Entry) -> Self {
+impl From<&CacheEntry> for Listed {
+    fn from(entry: &CacheEntry) -> Self {
         Self {
             path: entry.path.display().to_string(),
             bytes: entry.bytes,

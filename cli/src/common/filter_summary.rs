@@ -13,7 +13,7 @@ pub struct FilterSummary<'a> {
     material: &'a str,
     method: &'static str,
     /// What `--plan` takes to repeat the bits.
-    plan: &'a str,
+    plan: String,
     seed: u64,
     pairs: usize,
     facets: usize,
@@ -77,7 +77,7 @@ impl<'a> FilterSummary<'a> {
         Self {
             material: &material.name,
             method: summary.method,
-            plan: &summary.plan,
+            plan: summary.plan_text(),
             seed: quality.seed,
             pairs,
             facets: summary.facets,
@@ -104,7 +104,7 @@ impl<'a> FilterSummary<'a> {
         Self {
             material: &about.name,
             method: "table",
-            plan: &about.plan,
+            plan: about.plan.clone(),
             seed: about.seed,
             pairs,
             facets: about.facets,

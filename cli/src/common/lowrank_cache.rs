@@ -1,6 +1,6 @@
 //! Where this user's compressed BRDFs of the low-rank method are kept between runs.
 
-use biscale::filter::low_rank::cache::Cache;
+use biscale::filter::MatrixCache;
 use std::path::PathBuf;
 
 /// Names the folder, should it not be the system's usual one.
@@ -9,10 +9,10 @@ pub const VARIABLE: &str = "BISCALE_CACHE";
 const MAX_BYTES: u64 = 4 << 30;
 
 /// The cache of this user, if the system names a folder for such.
-pub fn user_cache() -> Option<Cache> {
+pub fn user_cache() -> Option<MatrixCache> {
     let folder = match std::env::var_os(VARIABLE).filter(|v| !v.is_empty()) {
         Some(folder) => PathBuf::from(folder),
         None => dirs::cache_dir()?.join("biscale"),
     };
-    Some(Cache { folder, max_bytes: MAX_BYTES })
+    Some(MatrixCache { folder, max_bytes: MAX_BYTES })
 }

@@ -3,8 +3,7 @@
 use super::flags::Flags;
 use super::lowrank_cache;
 use biscale::error::{BadInput, Error, Result};
-use biscale::filter::low_rank::Variant;
-use biscale::filter::{Method, Quality};
+use biscale::filter::{LowRankVariant, Method, Plan, Quality};
 use clap::{Args, ValueEnum};
 use std::time::Duration;
 
@@ -97,7 +96,7 @@ impl QualityArgs {
     /// What the library is asked for.
     ///
     /// # Errors
-    /// [`Error::Unsupported`] for the graphics card; [`Error::BadInput`] for an empty plan.
+    /// [`Error::Unsupported`] for the graphics card; [`Error::BadInput`] for a plan that is none.
     pub fn quality(&self) -> Result<Quality> {
         if self.device == Device::Gpu {
             return Err(Error::Unsupported {
@@ -121,10 +120,10 @@ impl QualityArgs {
             budget: self.budget.map(|b| b.as_secs_f64()),
             seed: self.seed,
             bounces: self.bounces,
-            plan: self.plan.clone(),
+            plan: self.plan.as_deref().map(str::parse::<Plan>).transpose()?,
             variant: match self.variant {
-                VariantArg::Paper => Variant::Paper,
-                VariantArg::Improved => Variant::Improved,
+                VariantArg::Paper => LowRankVariant::Paper,
+                VariantArg::Improved => LowRankVariant::Improved,
             },
             cache: if self.no_cache { None } else { lowrank_cache::user_cache() },
         })

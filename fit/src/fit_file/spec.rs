@@ -7,7 +7,7 @@ use crate::fit_file::variant;
 use crate::photograph::image::{Image, LIGHT_SIGMA_DEG, Photograph, Pinhole, Role};
 use biscale::brdf::Brdf;
 use biscale::error::{BadInput, Result};
-use biscale::filter::common_random_numbers::{Slot, SlotColour};
+use biscale::filter::{Slot, SlotColour};
 use biscale::material::{Material, MaterialValues, NumberPlace};
 use biscale::render::{Camera, Light, Object};
 use biscale::toml_reader::{Range, Source, TableReader, range};

@@ -3,7 +3,7 @@
 
 use crate::fit_file::spec::Colour;
 use crate::residuals::unknowns::{Unknown, UnknownKind, colour_of};
-use biscale::filter::common_random_numbers::Slot;
+use biscale::filter::Slot;
 use biscale::material::SmallScale;
 
 /// The colours of one state of a material: which of them are solved for, and what the others are.
@@ -68,7 +68,7 @@ impl ColourBasis<'_> {
 pub(crate) mod tests {
     use super::*;
     use crate::residuals::unknowns::slots;
-    use biscale::filter::common_random_numbers::SlotColour;
+    use biscale::filter::SlotColour;
     use biscale::material::{MaterialValues, NumberPlace};
     use biscale::toml_reader::Source;
 

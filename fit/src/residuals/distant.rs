@@ -12,7 +12,7 @@ use crate::residuals::block::ResidualBlock;
 use crate::residuals::colour_basis::ColourBasis;
 use crate::residuals::equations::{Equations, Origin, Row};
 use crate::residuals::unknowns::UnknownKind;
-use biscale::filter::common_random_numbers::BasisReflectance;
+use biscale::filter::BasisReflectance;
 
 /// The distant photographs beside a state of the material.
 #[derive(Clone, Copy, Debug)]

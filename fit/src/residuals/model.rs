@@ -16,7 +16,7 @@ use crate::residuals::unknowns::{Unknown, UnknownKind, Variable, slots, unknowns
 use biscale::direction::Pair;
 use biscale::error::Result;
 use biscale::filter::Control;
-use biscale::filter::common_random_numbers::{BasisReflectance, CommonRandomNumbers, Slot};
+use biscale::filter::{BasisReflectance, CommonRandomNumbers, Slot};
 use biscale::material::{MaterialValues, SmallScale};
 use serde::Serialize;
 

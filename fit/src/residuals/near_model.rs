@@ -12,7 +12,7 @@ use crate::residuals::registration::{self, Windows};
 use crate::residuals::tile_view::{TileView, ViewParams};
 use biscale::error::{Error, Result};
 use biscale::filter::Control;
-use biscale::filter::common_random_numbers::{Slot, SlotColour};
+use biscale::filter::{Slot, SlotColour};
 use biscale::geometry::Geometry;
 use biscale::material::{MaterialValues, SmallScale};
 

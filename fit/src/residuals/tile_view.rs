@@ -8,7 +8,7 @@ use biscale::brdf::Brdf;
 use biscale::direction::Pair;
 use biscale::error::Result;
 use biscale::filter::Control;
-use biscale::filter::common_random_numbers::{Slot, only, tint};
+use biscale::filter::{Slot, basis_brdf, basis_tint};
 use biscale::material::SmallScale;
 use biscale::numerics::low_discrepancy::{fraction, hash};
 use biscale::visibility::{Occlusion, PeriodicBvh, Traced};
@@ -75,7 +75,7 @@ impl TileView {
         let brdfs: Vec<(Brdf, [f64; 3])> = (slots.iter())
             .map(|slot| {
                 let surface = &small.surfaces[slot.surface];
-                (only(&surface.brdf, slot.colour), tint(surface, slot.colour))
+                (basis_brdf(&surface.brdf, slot.colour), basis_tint(surface, slot.colour))
             })
             .collect();
         let mut view = Self {

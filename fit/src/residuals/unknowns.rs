@@ -2,7 +2,7 @@
 
 use crate::fit_file::spec::Spec;
 use biscale::brdf::Brdf;
-use biscale::filter::common_random_numbers::{Slot, SlotColour};
+use biscale::filter::{Slot, SlotColour};
 use biscale::material::{SmallScale, Surface, Tint};
 
 /// Bounds of a light's angles, in standard deviations.

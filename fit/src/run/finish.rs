@@ -23,8 +23,8 @@ use crate::uncertainty::profile;
 use crate::verdict::picture;
 use crate::verdict::validate::{self, Validation, verdict};
 use biscale::error::Result;
+use biscale::filter::CommonRandomNumbers;
 use biscale::filter::Control;
-use biscale::filter::common_random_numbers::CommonRandomNumbers;
 use biscale::material::{Material, SmallScale};
 use biscale::render::Light;
 

@@ -10,7 +10,7 @@ use crate::photograph::mean_period;
 use crate::residuals::unknowns;
 use biscale::error::Result;
 use biscale::filter::Control;
-use biscale::filter::common_random_numbers::Slot;
+use biscale::filter::Slot;
 use biscale::geometry::{Geometry, Tile};
 use biscale::material::{Material, SmallScale};
 use biscale::render::{Opacity, World};

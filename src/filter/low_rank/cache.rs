@@ -5,9 +5,11 @@
 
 use super::normals::PairRows;
 use super::precomputed::{Precomputed, Settings, maps};
-use super::rates::{Rates, Sides};
+use super::rates::Rates;
 use crate::brdf::Brdf;
 use crate::error::{Error, Result};
+use crate::filter::plan::{LARGEST_MAPS, MapSides};
+use crate::filter::quality::MatrixCache;
 use faer::Mat;
 use std::fmt::{self, Write as _};
 use std::fs;
@@ -21,21 +23,12 @@ const MAGIC: &[u8; 12] = b"biscale-m\0\0\x02";
 const ENDING: &str = "m";
 /// Bytes of a hash.
 const HASH: usize = 32;
-/// Largest share of the allowed bytes that one matrix may take.
+/// Largest share of the allowed bytes that one matrix may take, so that two always fit. Chosen, not measured.
 const MOST_OF_ALL: f64 = 0.5;
 
-/// A folder of compressed matrices.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Cache {
-    /// The folder; made when the first file is.
-    pub folder: PathBuf,
-    /// Most bytes of all files: the least recently used ones go first.
-    pub max_bytes: u64,
-}
-
-/// A file of a [`Cache`].
+/// A file of a [`MatrixCache`].
 #[derive(Clone, Debug, PartialEq)]
-pub struct Entry {
+pub struct CacheEntry {
     /// Where it is.
     pub path: PathBuf,
     /// Bytes.
@@ -47,7 +40,7 @@ pub struct Entry {
 }
 
 /// What a look into the cache found.
-pub(super) enum Found {
+pub(super) enum CacheLookup {
     /// The matrix.
     Hit(Box<Precomputed>),
     /// No such file.
@@ -73,27 +66,27 @@ fn key(brdf: &Brdf, settings: &Settings) -> blake3::Hash {
     text.0.finalize()
 }
 
-impl Cache {
+impl MatrixCache {
     fn path(&self, key: &blake3::Hash) -> PathBuf {
         self.folder.join(key.to_hex().as_str()).with_extension(ENDING)
     }
 
     /// Looks for a matrix.
-    pub(super) fn find(&self, brdf: &Brdf, settings: &Settings) -> Found {
+    pub(super) fn find(&self, brdf: &Brdf, settings: &Settings) -> CacheLookup {
         let key = key(brdf, settings);
         let path = self.path(&key);
         let bytes = match fs::read(&path) {
             Ok(bytes) => bytes,
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Found::Missing,
-            Err(e) => return Found::Unusable(format!("cannot read {}: {e}", path.display())),
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return CacheLookup::Missing,
+            Err(e) => return CacheLookup::Unusable(format!("cannot read {}: {e}", path.display())),
         };
         match decode(&bytes, Some((&key, settings))) {
             Ok((_, matrix)) => {
                 // The time of use, for the order in which files go. Where it cannot be set the order is that of writing.
                 let _ = fs::File::options().append(true).open(&path).and_then(|f| f.set_modified(SystemTime::now()));
-                Found::Hit(Box::new(matrix))
+                CacheLookup::Hit(Box::new(matrix))
             }
-            Err(why) => Found::Unusable(format!("{} {why}", path.display())),
+            Err(why) => CacheLookup::Unusable(format!("{} {why}", path.display())),
         }
     }
 
@@ -159,10 +152,10 @@ impl Cache {
     ///
     /// # Errors
     /// [`Error::Io`] for a folder that cannot be read; one that is not there is empty.
-    pub fn list(&self) -> Result<Vec<Entry>> {
+    pub fn list(&self) -> Result<Vec<CacheEntry>> {
         let entry = |(path, bytes, used): (PathBuf, u64, SystemTime)| {
             let label = fs::read(&path).ok().and_then(|b| decode(&b, None).ok()).map(|d| d.0);
-            Entry { path, bytes, used, label }
+            CacheEntry { path, bytes, used, label }
         };
         Ok(self.files()?.into_iter().map(entry).collect())
     }
@@ -236,10 +229,10 @@ fn decode(bytes: &[u8], expected: Option<(&blake3::Hash, &Settings)>) -> Result<
     let length = whole(take(8)?)?;
     let label = String::from_utf8(take(length)?.to_vec()).map_err(|_| DAMAGED)?;
     let [directions, normals, reciprocal, rank] = [whole(take(8)?)?, whole(take(8)?)?, whole(take(8)?)?, whole(take(8)?)?];
-    let sides = Sides { directions, normals };
+    let sides = MapSides { directions, normals };
     // Of the maps only the sides are stored; a list of files shows labels alone, whatever the projection.
     let projection = expected.map_or(super::map::Projection::Paraboloid, |(_, settings)| settings.projection);
-    let largest = super::rates::LARGEST;
+    let largest = LARGEST_MAPS;
     if !(1..=largest.directions).contains(&directions) || !(1..=largest.normals).contains(&normals) {
         return Err(DAMAGED);
     }
@@ -268,7 +261,7 @@ mod tests {
     const SETTINGS: Settings = Settings {
         projection: Projection::Paraboloid,
         least_directions: 4,
-        largest: Sides { directions: 6, normals: 6 },
+        largest: MapSides { directions: 6, normals: 6 },
         energy: 0.98,
         seed: 1,
     };
@@ -287,22 +280,22 @@ mod tests {
             && a.right == b.right
     }
 
-    fn cache(folder: &Path, max_bytes: u64) -> Cache {
-        Cache { folder: folder.join("m"), max_bytes }
+    fn cache(folder: &Path, max_bytes: u64) -> MatrixCache {
+        MatrixCache { folder: folder.join("m"), max_bytes }
     }
 
     #[test]
     fn what_is_kept_is_found_with_the_same_bits_and_only_for_its_own_brdf_and_settings() {
         let folder = tempfile::tempdir().unwrap();
         let cache = cache(folder.path(), 1 << 30);
-        assert!(matches!(cache.find(&brdf(0.5), &SETTINGS), Found::Missing));
+        assert!(matches!(cache.find(&brdf(0.5), &SETTINGS), CacheLookup::Missing));
         assert_eq!((cache.list().unwrap(), cache.clear().unwrap()), (Vec::new(), (0, 0)));
         let m = matrix(&brdf(0.5));
         cache.keep(&brdf(0.5), &SETTINGS, &m).unwrap();
-        let Found::Hit(found) = cache.find(&brdf(0.5), &SETTINGS) else { panic!("kept and not found") };
+        let CacheLookup::Hit(found) = cache.find(&brdf(0.5), &SETTINGS) else { panic!("kept and not found") };
         assert!(same(&m, &found));
-        assert!(matches!(cache.find(&brdf(0.5000001), &SETTINGS), Found::Missing));
-        assert!(matches!(cache.find(&brdf(0.5), &Settings { energy: 0.99, ..SETTINGS }), Found::Missing));
+        assert!(matches!(cache.find(&brdf(0.5000001), &SETTINGS), CacheLookup::Missing));
+        assert!(matches!(cache.find(&brdf(0.5), &Settings { energy: 0.99, ..SETTINGS }), CacheLookup::Missing));
         let listed = cache.list().unwrap();
         assert!(listed.len() == 1 && listed[0].label.as_ref().is_some_and(|l| l.contains("Lambert")), "{listed:?}");
         fs::write(cache.folder.join("notes.txt"), "mine").unwrap();
@@ -330,11 +323,11 @@ mod tests {
         newer[11] += 1;
         for bytes in [&b""[..], b"hello", &good[..good.len() - 1], &good[..50], &flipped, &newer, &other, &[&good[..], b"x"].concat()] {
             fs::write(&path, bytes).unwrap();
-            let Found::Unusable(why) = cache.find(&brdf(0.5), &SETTINGS) else { panic!("{} bytes were used", bytes.len()) };
+            let CacheLookup::Unusable(why) = cache.find(&brdf(0.5), &SETTINGS) else { panic!("{} bytes were used", bytes.len()) };
             assert!(why.contains(&*path.to_string_lossy()), "{why}");
         }
         cache.keep(&brdf(0.5), &SETTINGS, &m).unwrap();
-        assert!(matches!(cache.find(&brdf(0.5), &SETTINGS), Found::Hit(_)));
+        assert!(matches!(cache.find(&brdf(0.5), &SETTINGS), CacheLookup::Hit(_)));
     }
 
     #[test]
@@ -347,11 +340,11 @@ mod tests {
         }
         // Times of files may be coarse.
         std::thread::sleep(std::time::Duration::from_millis(20));
-        assert!(matches!(cache.find(&brdf(0.1), &SETTINGS), Found::Hit(_)));
+        assert!(matches!(cache.find(&brdf(0.1), &SETTINGS), CacheLookup::Hit(_)));
         cache.keep(&brdf(0.3), &SETTINGS, &matrix(&brdf(0.3))).unwrap();
-        let there = |albedo| matches!(cache.find(&brdf(albedo), &SETTINGS), Found::Hit(_));
+        let there = |albedo| matches!(cache.find(&brdf(albedo), &SETTINGS), CacheLookup::Hit(_));
         assert_eq!([0.1, 0.2, 0.3].map(there), [true, false, true]);
-        let tiny = Cache { max_bytes: one, ..cache.clone() };
+        let tiny = MatrixCache { max_bytes: one, ..cache.clone() };
         assert!(tiny.keep(&brdf(0.4), &SETTINGS, &matrix(&brdf(0.4))).unwrap_err().contains("half"));
     }
 

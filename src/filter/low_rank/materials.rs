@@ -131,7 +131,7 @@ impl Kernel for Write<'_> {
                 let mut sum = [0.0; LANES];
                 if any {
                     for lobe in &table.lobes {
-                        if lobe.whole.is_some() {
+                        if lobe.table.is_some() {
                             let values = lobe.table_values(&columns.normals, wi, wo);
                             for c in 0..3 {
                                 let along = table.colour[c] as f32;

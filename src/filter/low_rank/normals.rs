@@ -3,7 +3,7 @@
 //! `N[k][j] = sum over the facets whose normal counts as n_j, of V(wi_k) V(wo_k) dA`, in units of the footprint `A`. A pair and its reverse
 //! share a row. With colour weights by facet each normal has three columns, one a channel (section 3.7).
 
-use super::Normals;
+use super::choices::Normals;
 use super::map::Map;
 use crate::facets::{Facets, NO_TRIANGLE};
 use crate::visibility::Bits;
@@ -135,9 +135,10 @@ impl PairRows {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Variant;
+    use super::super::choices::Choices;
     use super::*;
     use crate::facets::{Density, Runs, Surface, sample};
+    use crate::filter::plan::LowRankVariant;
     use crate::material::{Material, SmallScale};
     use crate::numerics::randomized_svd::{Factors, Params, Rows, factor};
     use crate::visibility::raster;
@@ -151,12 +152,12 @@ mod tests {
         map: Map,
     }
 
-    fn seen(tile: &str, variant: Variant) -> Seen {
+    fn seen(tile: &str, variant: LowRankVariant) -> Seen {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/data/truth/{tile}.toml"));
         let small = Material::load(&path).unwrap().build().unwrap();
         let surface = Surface::new(&small, None);
         let facets = sample(&small, &surface, &Density::uniform(&surface), Runs::of_block(0, 2048, 0, 1), 3);
-        let map = Map::hemisphere(variant.choices().projection, 12);
+        let map = Map::hemisphere(Choices::of(variant).projection, 12);
         let words = facets.triangle.len() / 64;
         let mut bits = Bits { words, rows: vec![0; words * map.directions.len()] };
         for (row, &w) in bits.rows.chunks_mut(words).zip(&map.directions) {
@@ -197,8 +198,8 @@ mod tests {
     }
 
     /// Errors of eq. 8 with the whole of N, and of eq. 12 with its factors, against sums facet by facet; and the factors.
-    fn errors(tile: &str, variant: Variant) -> (f64, f64, Factors) {
-        let (seen, choices) = (seen(tile, variant), variant.choices());
+    fn errors(tile: &str, variant: LowRankVariant) -> (f64, f64, Factors) {
+        let (seen, choices) = (seen(tile, variant), Choices::of(variant));
         let bins = Bins::new(&seen.facets, 0..seen.facets.triangle.len(), &Map::sphere(choices.projection, 16), choices.normals);
         let columns = bins.columns(&seen.facets);
         let pairs = PairRows { count: seen.map.directions.len(), reciprocal: true };
@@ -231,20 +232,20 @@ mod tests {
 
     #[test]
     fn grooves_have_few_normals_whose_means_are_exact_and_n_has_their_rank() {
-        let (whole, low, factors) = errors("vgroove.diffuse", Variant::Improved);
+        let (whole, low, factors) = errors("vgroove.diffuse", LowRankVariant::Improved);
         assert!(whole < 1e-6, "{whole}");
         // 99.5 % of the power of N: at most 7 % of its norm is cut.
         assert!(low < 0.05, "{low}");
         assert!(factors.rank() <= 2, "two normals, rank {}", factors.rank());
-        let (whole, _, _) = errors("vgroove.diffuse", Variant::Paper);
+        let (whole, _, _) = errors("vgroove.diffuse", LowRankVariant::Paper);
         assert!(whole > 1e-3, "nearest normals of a coarse map must show: {whole}");
     }
 
     #[test]
     fn a_height_field_keeps_its_sums_within_what_bins_and_cuts_cost() {
-        let (paper, paper_low, factors) = errors("bumpy.diffuse", Variant::Paper);
+        let (paper, paper_low, factors) = errors("bumpy.diffuse", LowRankVariant::Paper);
         assert!(factors.rank() < 50 && factors.energy >= 0.995, "rank {}, energy {}", factors.rank(), factors.energy);
-        let (improved, improved_low, _) = errors("bumpy.diffuse", Variant::Improved);
+        let (improved, improved_low, _) = errors("bumpy.diffuse", LowRankVariant::Improved);
         // Measured: .0118 and .0133; .0034 and .0037.
         assert!(paper < 0.02 && paper_low < 0.02, "paper: {paper}, low rank {paper_low}");
         assert!(improved < 0.006 && improved_low < 0.006, "improved: {improved}, low rank {improved_low}");

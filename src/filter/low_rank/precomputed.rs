@@ -5,9 +5,10 @@
 use super::map::{Map, Projection};
 use super::materials::{Basis, Tabulated, principal_colour};
 use super::normals::PairRows;
-use super::rates::{self, Rates, Sides};
+use super::rates::{self, Rates};
 use crate::brdf::{Brdf, Colour};
 use crate::error::Result;
+use crate::filter::plan::MapSides;
 use crate::numerics::randomized_svd::{self, Iteration, Params, Rows};
 use faer::Mat;
 use glam::DVec3;
@@ -19,7 +20,7 @@ const PROJECTION: usize = 128;
 const MAX_PROJECTION: usize = 512;
 /// Most bytes of the projected matrix.
 const MAX_PROJECTED: usize = 2 << 30;
-/// Side of the map whose directions tell a BRDF's colour.
+/// Masking of the map whose directions tell a BRDF's colour.
 const COLOUR_SIDE: usize = 6;
 
 /// What a compressed `M` depends on beside its BRDF.
@@ -27,10 +28,10 @@ const COLOUR_SIDE: usize = 6;
 pub struct Settings {
     /// Map of directions and normals.
     pub projection: Projection,
-    /// Side of the smallest map of directions: that of visibility. A coarser one would lose what `N` knows.
+    /// Masking of the smallest map of directions: that of visibility. A coarser one would lose what `N` knows.
     pub least_directions: usize,
     /// Sides of the largest maps.
-    pub largest: Sides,
+    pub largest: MapSides,
     /// Share of the power to keep.
     pub energy: f64,
     /// Seed of the random vectors: always the same in the paper.
@@ -148,7 +149,7 @@ impl Precomputed {
 }
 
 /// The maps of some sides, and how pairs are counted.
-pub(super) fn maps(projection: Projection, sides: Sides, reciprocal: bool) -> (Map, Map, PairRows) {
+pub(super) fn maps(projection: Projection, sides: MapSides, reciprocal: bool) -> (Map, Map, PairRows) {
     let directions = Map::hemisphere(projection, sides.directions);
     let pairs = PairRows { count: directions.directions.len(), reciprocal };
     (directions, Map::sphere(projection, sides.normals), pairs)
@@ -162,7 +163,7 @@ mod tests {
     #[test]
     fn elements_of_a_compressed_matrix_are_the_brdf_within_the_cut() {
         let brdf = Brdf::Ward { diffuse: [0.2, 0.1, 0.05], specular: [0.3; 3], alpha: 0.5 };
-        let largest = Sides { directions: 12, normals: 16 };
+        let largest = MapSides { directions: 12, normals: 16 };
         let settings = Settings { projection: Projection::Paraboloid, least_directions: 8, largest, energy: 0.98, seed: 1 };
         let m = Precomputed::compute(&brdf, &settings, &|_| Ok(())).unwrap();
         assert!(

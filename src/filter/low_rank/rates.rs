@@ -6,6 +6,7 @@
 use super::map::{Map, Projection};
 use super::materials::along_colour;
 use crate::brdf::{Brdf, Colour};
+use crate::filter::plan::MapSides;
 use crate::numerics::low_discrepancy::fraction;
 use crate::numerics::random::hash_64;
 use glam::DVec3;
@@ -17,28 +18,16 @@ use std::ops::RangeInclusive;
 const DIRECTIONS_THRESHOLD: f64 = 0.02;
 /// Share of the power that nearest normals may miss (section 5).
 const NORMALS_THRESHOLD: f64 = 0.01;
-/// Sides of the largest maps: about 1,800 directions, whose pairs are 1.6 million rows, and 6,400 normals. The paper clamps `M` to 1.7 million
-/// rows and 6,400 columns (section 5).
-pub const LARGEST: Sides = Sides { directions: 48, normals: 64 };
-/// Side of the smallest map of normals.
+/// Masking of the smallest map of normals.
 const SMALLEST: usize = 2;
 /// Samples of an integral.
 const SAMPLES: u32 = 1 << 14;
-
-/// Pixels of a side of the map of directions and of that of normals.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Sides {
-    /// Map of a hemisphere: rows are pairs of its cells.
-    pub directions: usize,
-    /// Map of the sphere: columns are its cells.
-    pub normals: usize,
-}
 
 /// Sides that suit a BRDF.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rates {
     /// The sides.
-    pub sides: Sides,
+    pub sides: MapSides,
     /// Share of the power that interpolation between the directions misses.
     pub missed_by_directions: f64,
     /// Share of the power that nearest normals miss.
@@ -94,7 +83,7 @@ fn missed(samples: &[Sample], approximate: impl Fn(&Sample) -> f64 + Sync) -> f6
 }
 
 /// Sides for a BRDF along its colour direction, none above `largest`, and that of directions not below `least_directions`.
-pub fn find(brdf: &Brdf, colour: &Colour, projection: Projection, least_directions: usize, largest: Sides) -> Rates {
+pub fn find(brdf: &Brdf, colour: &Colour, projection: Projection, least_directions: usize, largest: MapSides) -> Rates {
     let samples = samples(brdf, colour);
     let by_normals = |side: usize| {
         let map = Map::sphere(projection, side);
@@ -115,7 +104,7 @@ pub fn find(brdf: &Brdf, colour: &Colour, projection: Projection, least_directio
     };
     let (normals, missed_by_normals) = bisect(SMALLEST..=largest.normals, NORMALS_THRESHOLD, by_normals);
     let (directions, missed_by_directions) = bisect(least_directions..=largest.directions, DIRECTIONS_THRESHOLD, by_directions);
-    Rates { sides: Sides { directions, normals }, missed_by_directions, missed_by_normals }
+    Rates { sides: MapSides { directions, normals }, missed_by_directions, missed_by_normals }
 }
 
 /// The smallest side whose error is within the threshold, if the error falls with the side, and its error; the largest if none is.
@@ -138,45 +127,46 @@ fn bisect(sides: RangeInclusive<usize>, threshold: f64, error: impl Fn(usize) ->
 mod tests {
     use super::*;
     use crate::brdf::Distribution;
+    use crate::filter::plan::LARGEST_MAPS;
 
     fn cook_torrance(alpha: f64) -> Brdf {
         Brdf::CookTorrance { diffuse: [0.0; 3], specular: [1.0; 3], alpha, distribution: Distribution::Beckmann, f0: None }
     }
 
-    fn rates(brdf: &Brdf, largest: Sides) -> Rates {
+    fn rates(brdf: &Brdf, largest: MapSides) -> Rates {
         find(brdf, &[1.0 / 3.0_f64.sqrt(); 3], Projection::Paraboloid, SMALLEST, largest)
     }
 
     #[test]
     fn the_largest_maps_are_those_that_the_paper_clamps_to() {
-        let directions = Map::hemisphere(Projection::Paraboloid, LARGEST.directions).directions.len();
-        let normals = Map::sphere(Projection::Paraboloid, LARGEST.normals).directions.len();
+        let directions = Map::hemisphere(Projection::Paraboloid, LARGEST_MAPS.directions).directions.len();
+        let normals = Map::sphere(Projection::Paraboloid, LARGEST_MAPS.normals).directions.len();
         assert!((1_600_000..1_725_153).contains(&(directions * (directions + 1) / 2)), "{directions} directions");
         assert!((6_300..6_500).contains(&normals), "{normals} normals");
     }
 
     #[test]
     fn narrower_lobes_need_finer_maps_and_mirrors_more_than_there_is() {
-        let lambert = rates(&Brdf::Lambert { albedo: [0.5; 3] }, LARGEST);
+        let lambert = rates(&Brdf::Lambert { albedo: [0.5; 3] }, LARGEST_MAPS);
         assert!(!lambert.insufficient() && lambert.sides.directions < 20 && lambert.sides.normals < 24, "{lambert:?}");
-        let (wide, narrow) = (rates(&cook_torrance(0.5), LARGEST), rates(&cook_torrance(0.2), LARGEST));
+        let (wide, narrow) = (rates(&cook_torrance(0.5), LARGEST_MAPS), rates(&cook_torrance(0.2), LARGEST_MAPS));
         assert!(wide.sides.directions < narrow.sides.directions && wide.sides.normals < narrow.sides.normals, "{wide:?}, {narrow:?}");
-        let mirror = rates(&cook_torrance(0.01), LARGEST);
-        assert!(mirror.insufficient() && mirror.sides == LARGEST, "{mirror:?}");
+        let mirror = rates(&cook_torrance(0.01), LARGEST_MAPS);
+        assert!(mirror.insufficient() && mirror.sides == LARGEST_MAPS, "{mirror:?}");
     }
 
     #[test]
     fn one_pixel_fewer_is_not_enough() {
-        let found = rates(&cook_torrance(0.5), LARGEST);
+        let found = rates(&cook_torrance(0.5), LARGEST_MAPS);
         assert!(found.missed_by_directions <= DIRECTIONS_THRESHOLD && found.missed_by_normals <= NORMALS_THRESHOLD, "{found:?}");
-        let fewer = Sides { directions: found.sides.directions - 1, normals: found.sides.normals - 1 };
+        let fewer = MapSides { directions: found.sides.directions - 1, normals: found.sides.normals - 1 };
         let less = rates(&cook_torrance(0.5), fewer);
         assert!(less.missed_by_directions > DIRECTIONS_THRESHOLD && less.missed_by_normals > NORMALS_THRESHOLD, "{less:?}");
     }
 
     #[test]
     fn black_needs_nothing() {
-        let black = rates(&Brdf::Lambert { albedo: [0.0; 3] }, LARGEST);
+        let black = rates(&Brdf::Lambert { albedo: [0.0; 3] }, LARGEST_MAPS);
         assert_eq!((black.missed_by_directions, black.missed_by_normals), (0.0, 0.0));
     }
 }

@@ -1,68 +1,35 @@
 //! How many rays each pair gets, round by round, and the plan that repeats it.
 
-use super::{BATCHES, Estimate, MAX_RAYS, SAFETY, Tally};
-use crate::error::{BadInput, Result};
-use crate::filter::Quality;
+use super::tally::{Estimate, Tally};
+use crate::filter::plan::{BATCHES, MAX_RAYS, ReferencePlan};
+use crate::filter::quality::Quality;
+use crate::filter::tolerance::{SAFETY, keeps};
 use std::collections::BinaryHeap;
-use std::fmt;
 
-/// Rays of each batch in the first round: 2,048 a pair. Fewer can miss a narrow highlight altogether, and then show no error.
-const FIRST_RAYS: u32 = 128;
-/// Fewest rays of each batch in the first round, when a budget leaves no time for more.
-const FEWEST_RAYS: u32 = 8;
-/// Most doublings of one pair in a round: errors of few rays are known too badly to go further on their word.
-const DOUBLINGS_A_ROUND: u32 = 2;
-/// Rounds aim this much below the tolerance, so that the last one need not be followed by another for a hair's breadth.
-const AIM: f64 = 0.95;
-/// Share of the time left that a round may plan for.
-const TIME_SHARE: f64 = 0.9;
-
-/// What fixes the bits of a result beside surface, pairs and seed.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Plan {
-    pub(super) bounces: u32,
-    /// Rays of each batch in the first round.
-    first: u32,
-    /// Doublings of each later round.
-    doublings: Vec<u32>,
+/// How the rounds are planned.
+struct RoundParams {
+    /// Rays of each batch in the first round: 2,048 a pair. Fewer can miss a narrow highlight altogether, and then show no error. Chosen, not measured.
+    first_rays: u32,
+    /// Fewest rays of each batch in the first round, when a budget leaves no time for more. Chosen, not measured.
+    fewest_rays: u32,
+    /// Most doublings of one pair in a round: errors of few rays are known too badly to go further on their word. Chosen, not measured.
+    doublings_a_round: u32,
+    /// Rounds aim this much below the tolerance, so that the last one need not be followed by another for a hair's breadth. Chosen, not measured.
+    aim: f64,
+    /// Share of the time left that a round may plan for: clocks and predictions are rough. Chosen, not measured.
+    time_share: f64,
+    /// Share of the time left that the first round may take: what it finds must be followed. Chosen, not measured.
+    first_share: f64,
+    /// Noise, as a share of the squared bias, below which more rays change the whole error by less than an eighth.
+    least_noise: f64,
 }
 
-impl Plan {
-    /// Reads what [`fmt::Display`] wrote.
-    pub(super) fn parse(text: &str) -> Result<Self> {
-        let bad = || {
-            let remedy = "give a plan that this method printed, such as `reference:bounces=0:first=128:doublings=64,30`";
-            BadInput::new(format!("`{text}` is not a plan of the method `reference`"), remedy).at_field("plan")
-        };
-        let mut fields = text.split(':');
-        let mut field = |name: &str| fields.next().and_then(|f| f.strip_prefix(name)).ok_or_else(bad);
-        field("reference")?;
-        let bounces = field("bounces=")?.parse().map_err(|_| bad())?;
-        let first = field("first=")?.parse().map_err(|_| bad())?;
-        let doublings = match fields.next().map(|f| f.strip_prefix("doublings=").ok_or_else(bad)).transpose()? {
-            None => Vec::new(),
-            Some(list) => list.split(',').map(|n| n.parse().map_err(|_| bad())).collect::<Result<_, _>>()?,
-        };
-        if fields.next().is_some() || first == 0 || first > MAX_RAYS / BATCHES as u32 {
-            return Err(bad().into());
-        }
-        Ok(Self { bounces, first, doublings })
-    }
-}
-
-impl fmt::Display for Plan {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "reference:bounces={}:first={}", self.bounces, self.first)?;
-        for (k, n) in self.doublings.iter().enumerate() {
-            write!(f, "{}{n}", if k == 0 { ":doublings=" } else { "," })?;
-        }
-        Ok(())
-    }
-}
+const PARAMS: RoundParams =
+    RoundParams { first_rays: 128, fewest_rays: 8, doublings_a_round: 2, aim: 0.95, time_share: 0.9, first_share: 0.5, least_noise: 0.25 };
 
 /// Makes a plan while it is carried out, or repeats one.
-pub(super) struct PlanMaker {
-    plan: Plan,
+pub(super) struct RoundPlanner {
+    plan: ReferencePlan,
     /// The rounds that are left of a plan that is repeated.
     repeats: Option<std::vec::IntoIter<u32>>,
     tolerance: f64,
@@ -91,7 +58,7 @@ struct Candidate {
 
 impl Candidate {
     fn new(pair: usize, error: f64, rays: u32, doublings: u32) -> Option<Self> {
-        let possible = error > 0.0 && 2 * rays <= MAX_RAYS / BATCHES as u32 && doublings < DOUBLINGS_A_ROUND;
+        let possible = error > 0.0 && 2 * rays <= MAX_RAYS / BATCHES as u32 && doublings < PARAMS.doublings_a_round;
         possible.then(|| Self { gain: 0.5 * error / f64::from(rays), pair, error, rays, doublings })
     }
 }
@@ -116,14 +83,14 @@ impl PartialEq for Candidate {
 
 impl Eq for Candidate {}
 
-impl PlanMaker {
+impl RoundPlanner {
     /// `start` is the moment at which the budget began; `weights` says how often the caller asked for each pair.
-    pub(super) fn new(plan: Option<Plan>, bounces: u32, quality: &Quality, start: f64, weights: Vec<f64>) -> Self {
+    pub fn new(plan: Option<ReferencePlan>, bounces: u32, quality: &Quality, start: f64, weights: Vec<f64>) -> Self {
         let repeats = plan.as_ref().map(|p| p.doublings.clone().into_iter());
         let deadline = quality.budget.filter(|_| plan.is_none()).map(|seconds| start + seconds);
-        let first = plan.map_or(FIRST_RAYS, |p| p.first);
+        let first = plan.map_or(PARAMS.first_rays, |p| p.first);
         Self {
-            plan: Plan { bounces, first, doublings: Vec::new() },
+            plan: ReferencePlan { bounces, first, doublings: Vec::new() },
             repeats,
             tolerance: quality.tolerance,
             deadline,
@@ -137,60 +104,60 @@ impl PlanMaker {
     }
 
     /// Whether the time is limited, so that a pilot has to tell how far it goes.
-    pub(super) fn needs_pilot(&self) -> bool {
+    pub fn needs_pilot(&self) -> bool {
         self.deadline.is_some()
     }
 
     /// Chooses the first round by the speed of a pilot, so that it takes half of the time at most.
-    pub(super) fn learn(&mut self, rays: u64, seconds: f64, now: f64) {
+    pub fn learn(&mut self, rays: u64, seconds: f64, now: f64) {
         let Some(deadline) = self.deadline else { return };
-        let possible = 0.5 * (deadline - now) * rays as f64 / seconds.max(1e-9) / (BATCHES * self.weights.len()) as f64;
-        while self.plan.first > FEWEST_RAYS && f64::from(self.plan.first) > possible {
+        let possible = PARAMS.first_share * (deadline - now) * rays as f64 / seconds.max(1e-9) / (BATCHES * self.weights.len()) as f64;
+        while self.plan.first > PARAMS.fewest_rays && f64::from(self.plan.first) > possible {
             self.plan.first /= 2;
         }
         self.left = f64::from(self.plan.first) * (BATCHES * self.weights.len()) as f64;
     }
 
     /// Rays of each batch in the first round.
-    pub(super) fn first_rays(&self) -> u32 {
+    pub fn first_rays(&self) -> u32 {
         self.plan.first
     }
 
     /// The plan so far.
-    pub(super) fn plan(&self) -> &Plan {
+    pub fn plan(&self) -> &ReferencePlan {
         &self.plan
     }
 
     /// Share of all work that is done before a round, and at its end, if it traces `rays`. It never falls.
-    pub(super) fn shares(&self, rays: u64) -> (f64, f64) {
+    pub fn shares(&self, rays: u64) -> (f64, f64) {
         let part = rays as f64 / self.left.max(rays as f64);
         (self.share, self.share + (1.0 - self.share) * part)
     }
 
     /// A round has traced `rays`.
-    pub(super) fn traced(&mut self, rays: u64, seconds: f64) {
+    pub fn traced(&mut self, rays: u64, seconds: f64) {
         self.share = self.shares(rays).1;
         self.rays += rays;
         self.seconds += seconds;
     }
 
     /// The pairs to go on with and their new rays per batch; none when all is done.
-    pub(super) fn next_round(&mut self, tallies: &[Tally], estimates: &[Estimate], now: f64) -> Vec<(usize, u32)> {
+    pub fn next_round(&mut self, tallies: &[Tally], estimates: &[Estimate], now: f64) -> Vec<(usize, u32)> {
         let weighted = |of: fn(&Estimate) -> f64| estimates.iter().zip(&self.weights).map(|(e, w)| w * of(e)).sum::<f64>();
         let (error, bias) = (weighted(Estimate::noise), weighted(Estimate::bias));
         let energy = weighted(|e| e.fbar.iter().map(|x| x * x).sum());
         let scale = if energy > 0.0 { energy } else { 3.0 * self.weights.iter().sum::<f64>() };
         // A bias does not shrink with more rays: where it is too large alone, noise is only made small beside it.
-        let wanted = |relative: f64| (relative / SAFETY).powi(2) * scale - bias;
-        let target = wanted(AIM * self.tolerance).max(0.25 * bias);
+        let squared = |relative: f64| (relative / SAFETY).powi(2) * scale - bias;
+        let target = squared(PARAMS.aim * self.tolerance).max(PARAMS.least_noise * bias);
         let limit = match &mut self.repeats {
             Some(rounds) => rounds.next().unwrap_or(0),
-            None if error <= wanted(self.tolerance) || error <= target => 0,
+            None if error <= squared(self.tolerance) || error <= target => 0,
             None => u32::MAX,
         };
         let repeating = self.repeats.is_some();
         let speed = self.rays as f64 / self.seconds.max(1e-9);
-        let affordable = self.deadline.map_or(f64::INFINITY, |deadline| TIME_SHARE * (deadline - now) * speed);
+        let affordable = self.deadline.map_or(f64::INFINITY, |deadline| PARAMS.time_share * (deadline - now) * speed);
 
         let candidate = |pair: usize, error, rays, doublings| Candidate::new(pair, error, rays, doublings);
         let mut heap: BinaryHeap<Candidate> = estimates
@@ -224,8 +191,8 @@ impl PlanMaker {
     }
 
     /// Why the tolerance was missed, if it was.
-    pub(super) fn notes(&self, relative_rms: f64) -> Vec<String> {
-        if self.repeats.is_some() || SAFETY * relative_rms <= self.tolerance {
+    pub fn notes(&self, relative_rms: f64) -> Vec<String> {
+        if self.repeats.is_some() || keeps(relative_rms, self.tolerance) {
             return Vec::new();
         }
         let why = if self.out_of_time { "the time is over".to_owned() } else { format!("no pair may have more than {MAX_RAYS} rays") };

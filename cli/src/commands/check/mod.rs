@@ -11,8 +11,7 @@ use crate::common::interrupt;
 use crate::common::options::{CommonArgs, QualityArgs};
 use crate::common::output::{self, Description};
 use biscale::error::{Error, Result};
-use biscale::filter::low_rank::Variant;
-use biscale::filter::{Method, Quality};
+use biscale::filter::{LowRankVariant, Method, Quality};
 use biscale::material::Material;
 use biscale::render::Scene;
 use biscale::toml_reader::Source;
@@ -137,8 +136,8 @@ fn would_run(quality: &Quality) -> Result<String> {
     let method = match quality.method_to_run()? {
         Method::Auto | Method::Direct => "direct",
         Method::LowRank => match quality.variant {
-            Variant::Paper => "lowrank",
-            Variant::Improved => "lowrank improved",
+            LowRankVariant::Paper => "lowrank",
+            LowRankVariant::Improved => "lowrank improved",
         },
         Method::SphericalGaussian => "sg (not built yet)",
         Method::Reference => "reference",

@@ -112,8 +112,8 @@ pub fn run(args: &RunArgs, common: &CommonArgs) -> Result<()> {
     let result = RunResult {
         cost,
         precomputed_s,
+        plan: summary.plan_text(),
         low_rank: summary.low_rank,
-        plan: summary.plan,
         facets: summary.facets,
         clusters: summary.clusters,
         directions: summary.directions,

@@ -13,13 +13,13 @@ const TASK_PAIRS: usize = 4096;
 
 /// What a list of pairs needs.
 #[derive(Clone, Debug, Default)]
-pub struct Demand {
+pub struct Query {
     /// The distinct directions above the horizon.
     pub directions: Vec<DVec3>,
     /// The distinct pairs, as places in `directions` of the light's and of the viewer's, sorted so that neighbours share directions.
     pub pairs: Vec<[u32; 2]>,
     /// For each pair of the list its place in `pairs`, and the places of its own two directions; `None` below the horizon.
-    pub wanted: Vec<Option<Wanted>>,
+    pub entries: Vec<Option<QueryEntry>>,
     /// Places of the list above the horizon, by their place in `pairs`.
     pub order: Vec<u32>,
     /// Whether a pair and its reverse are one.
@@ -28,8 +28,8 @@ pub struct Demand {
 
 /// One pair of the list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Wanted {
-    /// Place in [`Demand::pairs`].
+pub struct QueryEntry {
+    /// Place in [`Query::pairs`].
     pub pair: u32,
     /// Place of the viewer's direction.
     pub viewer: u32,
@@ -54,8 +54,8 @@ fn unkey(key: u64) -> [u32; 2] {
     [i as u32, o as u32]
 }
 
-impl Demand {
-    /// The demand of `list`. With `symmetric` a pair and its reverse are one.
+impl Query {
+    /// The query of `list`. With `symmetric` a pair and its reverse are one.
     ///
     /// # Panics
     /// With more than 2^32 pairs.
@@ -91,7 +91,7 @@ impl Demand {
             .collect();
         keys.par_sort_unstable();
         let mut pairs: Vec<[u32; 2]> = Vec::new();
-        let mut wanted = vec![None; list.len()];
+        let mut entries = vec![None; list.len()];
         let mut before = None;
         let order = keys.iter().map(|&(_, k)| k).collect();
         for (key, k) in keys {
@@ -99,9 +99,9 @@ impl Demand {
                 pairs.push(unkey(key));
             }
             let pair = u32::try_from(pairs.len() - 1).expect("fewer than 2^32 pairs");
-            wanted[k as usize] = placed[k as usize][1].map(|viewer| Wanted { pair, viewer });
+            entries[k as usize] = placed[k as usize][1].map(|viewer| QueryEntry { pair, viewer });
         }
-        Self { directions, pairs, wanted, order, symmetric }
+        Self { directions, pairs, entries, order, symmetric }
     }
 
     /// Cuts `pairs` into tasks: runs that lie in one block of directions.
@@ -140,13 +140,13 @@ mod tests {
     fn a_pair_and_its_reverse_are_one_where_they_may_be_and_each_keeps_its_viewer() {
         let (a, b, below) = (DVec3::Z, DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.6, 0.0, -0.8));
         let list = [(a, b), (b, a), (a, b), (a, below), (a, a)].map(|(wi, wo)| Pair { wi, wo });
-        let demand = Demand::new(&list, true);
-        assert_eq!(demand.directions, [a, b]);
-        assert_eq!(demand.pairs, [[0, 0], [0, 1]]);
-        let wanted = |pair, viewer| Some(Wanted { pair, viewer });
-        assert_eq!(demand.wanted, [wanted(1, 1), wanted(1, 0), wanted(1, 1), None, wanted(0, 0)]);
-        let demand = Demand::new(&list, false);
-        assert_eq!(demand.pairs, [[0, 0], [0, 1], [1, 0]]);
-        assert_eq!(demand.wanted, [wanted(1, 1), wanted(2, 0), wanted(1, 1), None, wanted(0, 0)]);
+        let query = Query::new(&list, true);
+        assert_eq!(query.directions, [a, b]);
+        assert_eq!(query.pairs, [[0, 0], [0, 1]]);
+        let entry = |pair, viewer| Some(QueryEntry { pair, viewer });
+        assert_eq!(query.entries, [entry(1, 1), entry(1, 0), entry(1, 1), None, entry(0, 0)]);
+        let query = Query::new(&list, false);
+        assert_eq!(query.pairs, [[0, 0], [0, 1], [1, 0]]);
+        assert_eq!(query.entries, [entry(1, 1), entry(2, 0), entry(1, 1), None, entry(0, 0)]);
     }
 }

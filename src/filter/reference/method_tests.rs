@@ -1,6 +1,8 @@
 use super::*;
 use crate::brdf::{Brdf, Distribution};
+use crate::direction::MIN_COSINE;
 use crate::error::Error;
+use crate::filter::tolerance::SAFETY;
 use crate::filter::{Method, effective};
 use crate::geometry::Tile;
 use crate::material::{Surface, Tint, TintImage};
@@ -152,8 +154,8 @@ fn the_same_bits_come_from_any_thread_count_and_from_the_plan_that_was_printed()
         .collect();
     assert_eq!(runs[0], runs[1]);
     assert_eq!(runs[0], runs[2]);
-    assert!(runs[0].summary.plan.contains("doublings"), "{}: the test has no second round", runs[0].summary.plan);
-    let plan = Some(runs[0].summary.plan.clone());
+    assert!(runs[0].summary.plan_text().contains("doublings"), "{}: the test has no second round", runs[0].summary.plan_text());
+    let plan = runs[0].summary.plan.clone();
     let repeated = run_with(&small, &pairs, Quality { plan, seed: 11, ..Quality::default() });
     assert_eq!(repeated, runs[0]);
     assert_ne!(run_with(&small, &pairs, Quality { seed: 12, ..quality }).values, runs[0].values);
@@ -161,23 +163,25 @@ fn the_same_bits_come_from_any_thread_count_and_from_the_plan_that_was_printed()
 
 #[test]
 fn a_plan_that_is_none_is_refused_by_name() {
-    let small = covered(flat(DVec2::ONE, 0.0), lambert(0.5));
-    let control = Control { cancel: &AtomicBool::new(false), progress: &|_, _| {}, clock: &|| 0.0 };
-    let first_too_large = "reference:bounces=0:first=4000000000";
-    for plan in [
-        "",
-        "direct:2048",
+    for text in [
         "reference",
         "reference:bounces=x:first=8",
         "reference:bounces=0:first=0",
-        first_too_large,
+        "reference:bounces=0:first=4000000000",
         "reference:bounces=0:first=8:doublings=",
         "reference:bounces=0:first=8:doublings=1:",
     ] {
-        let quality = Quality { method: Method::Reference, plan: Some(plan.into()), ..Quality::default() };
-        let error = effective(&small, &[], &quality, &control).unwrap_err();
-        assert!(matches!(&error, Error::BadInput(bad) if bad.field.as_deref() == Some("plan")), "{plan}: {error}");
+        let error = text.parse::<Plan>().unwrap_err();
+        assert!(error.field.as_deref() == Some("plan") && error.problem.contains("`reference`"), "{error}");
     }
+    let small = covered(flat(DVec2::ONE, 0.0), lambert(0.5));
+    let control = Control { cancel: &AtomicBool::new(false), progress: &|_, _| {}, clock: &|| 0.0 };
+    let quality = Quality { method: Method::Reference, plan: Some("direct:2048x1".parse().unwrap()), ..Quality::default() };
+    let error = effective(&small, &[], &quality, &control).unwrap_err();
+    assert!(
+        matches!(&error, Error::BadInput(bad) if bad.field.as_deref() == Some("plan") && bad.problem.contains("`reference`")),
+        "{error}"
+    );
 }
 
 #[test]
@@ -191,7 +195,7 @@ fn a_budget_ends_the_rounds_and_its_plan_repeats_the_bits() {
     let quality = Quality { method: Method::Reference, tolerance: 1e-9, budget: Some(18.0), ..Quality::default() };
     let result = effective(&small, &pairs, &quality, &control).unwrap();
     assert!(result.summary.notes.iter().any(|n| n.contains("time")), "{:?}", result.summary.notes);
-    let plan = Some(result.summary.plan.clone());
+    let plan = result.summary.plan.clone();
     let repeated = run_with(&small, &pairs, Quality { plan, ..Quality::default() });
     assert_eq!(repeated.values, result.values);
 }
@@ -303,7 +307,7 @@ fn light_and_viewer_can_change_places_with_bounces_and_glossy_walls_too() {
     let pairs = random_pairs(16, 13);
     let swapped: Vec<Pair> = pairs.iter().map(|p| Pair { wi: p.wo, wo: p.wi }).collect();
     for bounces in [0, 3] {
-        let plan = Some(format!("reference:bounces={bounces}:first=512"));
+        let plan = Some(format!("reference:bounces={bounces}:first=512").parse().unwrap());
         let run = |pairs: &[Pair]| run_with(&small, pairs, Quality { plan: plan.clone(), bounces, ..Quality::default() }).values;
         for ((value, back), pair) in run(&pairs).iter().zip(&run(&swapped)).zip(&pairs) {
             let (off, se) = ((value.s[0] - back.s[0]).abs(), value.s_se[0].hypot(back.s_se[0]));
@@ -332,7 +336,7 @@ fn rays_that_are_given_up_count_as_free_and_enter_the_error() {
     let trench = extruded(DVec2::ONE, &[(0.0, 1e4), (0.5, 1e4), (0.5, 0.0), (1.0, 0.0), (1.0, 1e4)]);
     let small = covered(trench, lambert(0.9));
     // 128 rays are enough to see it, and each passes 65,536 periods.
-    let quality = Quality { plan: Some("reference:bounces=0:first=8".into()), ..Quality::default() };
+    let quality = Quality { plan: Some("reference:bounces=0:first=8".parse().unwrap()), ..Quality::default() };
     let result = run_with(&small, &[Pair { wi: DVec3::Y, wo: DVec3::Z }], quality);
     let value = result.values[0];
     assert!(value.se[0] >= 0.3 * value.fbar[0], "half of what is seen is in doubt: {value:?}");

@@ -1,10 +1,10 @@
-//! The plan of a low-rank run: written into its summary, read again to repeat its bits.
+//! The plan of a run of the method `lowrank`: its variant, facets, maps and cuts.
 
-use super::Variant;
-use super::rates::{LARGEST, Sides};
-use crate::error::{BadInput, Result};
+use crate::error::BadInput;
+use crate::filter::tolerance::DEFAULT_TOLERANCE;
 use std::fmt;
 use std::ops::RangeInclusive;
+use std::str::FromStr;
 
 /// Facets that a run may have.
 const FACETS: RangeInclusive<usize> = 64..=MAX_FACETS;
@@ -17,17 +17,40 @@ const NORMALS: RangeInclusive<usize> = 2..=MAX_NORMALS;
 /// Largest side of a map of normals.
 pub const MAX_NORMALS: usize = 512;
 
-/// All that fixes the bits of a run beside its seed.
+/// Pixels of a side of the map of directions and of that of normals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MapSides {
+    /// Map of a hemisphere: rows are pairs of its cells.
+    pub directions: usize,
+    /// Map of the sphere: columns are its cells.
+    pub normals: usize,
+}
+
+/// Sides of the largest maps: about 1,800 directions, whose pairs are 1.6 million rows, and 6,400 normals. The paper clamps `M` to 1.7 million
+/// rows and 6,400 columns (section 5).
+pub const LARGEST_MAPS: MapSides = MapSides { directions: 48, normals: 64 };
+
+/// Which of two sets of choices.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LowRankVariant {
+    /// As published.
+    #[default]
+    Paper,
+    /// With what `docs/numerics.md` found to be more accurate.
+    Improved,
+}
+
+/// All that fixes the bits of a run of `lowrank` beside its seed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Plan {
+pub enum LowRankPlan {
     /// As published.
     Paper {
         /// Facets.
         facets: usize,
-        /// Side of the map of directions for which visibility is found: 12 has 112 cells, 13 has 137.
+        /// Masking of the map of directions for which visibility is found: 12 has 112 cells, 13 has 137.
         directions: usize,
         /// Sides of the largest maps that `M` may have.
-        rates: Sides,
+        rates: MapSides,
         /// Shares of the power of `N` and of `M` that are kept.
         energy: [f64; 2],
     },
@@ -35,14 +58,14 @@ pub enum Plan {
     Improved {
         /// Facets, a power of two.
         facets: usize,
-        /// Side of the map of normals whose cells are united.
+        /// Masking of the map of normals whose cells are united.
         normals: usize,
         /// Shares of the power of `N` and of `M` that are kept.
         energy: [f64; 2],
     },
 }
 
-impl fmt::Display for Plan {
+impl fmt::Display for LowRankPlan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [n, m] = self.energy();
         match self {
@@ -56,10 +79,10 @@ impl fmt::Display for Plan {
     }
 }
 
-impl Plan {
+impl LowRankPlan {
     /// What Wu et al. (2011, sections 5 and 6) used: of 500 to 12,000 facets and 88 to 132 directions numbers in between, 99.5 % of the power
     /// of `N`, 98 % of that of `M`.
-    pub const PAPER: Self = Self::Paper { facets: 4096, directions: 13, rates: LARGEST, energy: [0.995, 0.98] };
+    pub const PAPER: Self = Self::Paper { facets: 4096, directions: 13, rates: LARGEST_MAPS, energy: [0.995, 0.98] };
 
     /// Where a search for a tolerance starts: cuts that take an eighth of it each.
     pub fn first(tolerance: f64) -> Self {
@@ -68,10 +91,10 @@ impl Plan {
     }
 
     /// The variant that it is a plan of.
-    pub fn variant(&self) -> Variant {
+    pub fn variant(&self) -> LowRankVariant {
         match self {
-            Self::Paper { .. } => Variant::Paper,
-            Self::Improved { .. } => Variant::Improved,
+            Self::Paper { .. } => LowRankVariant::Paper,
+            Self::Improved { .. } => LowRankVariant::Improved,
         }
     }
 
@@ -87,24 +110,30 @@ impl Plan {
         *energy
     }
 
-    /// Reads what `Display` writes. Keys may come in any order; those that are left out are as in [`Plan::PAPER`], or, improved, as in
-    /// [`Plan::first`] of the default tolerance.
-    ///
-    /// # Errors
-    /// [`BadInput`] for a text that is none, or a number out of range.
-    pub fn parse(text: &str) -> Result<Self, BadInput> {
-        let bad = |problem: String| {
-            let remedy = format!("write one as a summary prints it, such as \"{}\"", Self::PAPER);
-            BadInput::new(problem, remedy).at_field("--plan")
-        };
+    /// The error for a text that is none.
+    pub(super) fn no_plan(text: &str) -> BadInput {
+        Self::bad(format!("\"{text}\" is not a plan of the method lowrank"))
+    }
+
+    fn bad(problem: String) -> BadInput {
+        BadInput::new(problem, format!("write one as a summary prints it, such as \"{}\"", Self::PAPER)).at_field("plan")
+    }
+}
+
+impl FromStr for LowRankPlan {
+    type Err = BadInput;
+
+    /// Reads what `Display` writes. Keys may come in any order; those that are left out are as in [`LowRankPlan::PAPER`], or, improved, as in
+    /// [`LowRankPlan::first`] of the default tolerance.
+    fn from_str(text: &str) -> Result<Self, BadInput> {
         let mut words = text.split(':');
         let mut plan = match (words.next(), words.next()) {
             (Some("lowrank"), Some("paper")) => Self::PAPER,
-            (Some("lowrank"), Some("improved")) => Self::first(crate::filter::Quality::default().tolerance),
-            _ => return Err(bad(format!("\"{text}\" is not a plan of the method lowrank"))),
+            (Some("lowrank"), Some("improved")) => Self::first(DEFAULT_TOLERANCE),
+            _ => return Err(Self::no_plan(text)),
         };
         for word in words {
-            let unreadable = || bad(format!("\"{word}\" in \"{text}\" is not part of such a plan, or out of range"));
+            let unreadable = || Self::bad(format!("\"{word}\" in \"{text}\" is not part of such a plan, or out of range"));
             let (key, value) = word.split_once('=').ok_or_else(unreadable)?;
             let whole = |value: &str, range: &RangeInclusive<usize>| {
                 value.parse::<usize>().ok().filter(|v| range.contains(v)).ok_or_else(unreadable)
@@ -121,9 +150,9 @@ impl Plan {
                 ("normals", Self::Improved { normals, .. }) => *normals = whole(value, &NORMALS)?,
                 ("rates", Self::Paper { rates, .. }) => {
                     let (directions, normals) = value.split_once('x').ok_or_else(unreadable)?;
-                    *rates = Sides {
-                        directions: whole(directions, &(2..=LARGEST.directions))?,
-                        normals: whole(normals, &(2..=LARGEST.normals))?,
+                    *rates = MapSides {
+                        directions: whole(directions, &(2..=LARGEST_MAPS.directions))?,
+                        normals: whole(normals, &(2..=LARGEST_MAPS.normals))?,
                     };
                 }
                 ("energy", Self::Paper { energy, .. } | Self::Improved { energy, .. }) => {
@@ -144,10 +173,10 @@ mod tests {
 
     #[test]
     fn a_plan_reads_as_it_is_written() {
-        for plan in [Plan::PAPER, Plan::first(0.005), Plan::first(1.0), Plan::first(1e-6)] {
-            assert_eq!(Plan::parse(&plan.to_string()).unwrap(), plan, "{plan}");
+        for plan in [LowRankPlan::PAPER, LowRankPlan::first(0.005), LowRankPlan::first(1.0), LowRankPlan::first(1e-6)] {
+            assert_eq!(plan.to_string().parse::<LowRankPlan>().unwrap(), plan, "{plan}");
         }
-        let few = Plan::parse("lowrank:paper:energy=0.5,1:facets=500").unwrap();
+        let few = "lowrank:paper:energy=0.5,1:facets=500".parse::<LowRankPlan>().unwrap();
         assert_eq!(few.to_string(), "lowrank:paper:facets=500:directions=13:rates=48x64:energy=0.5,1");
     }
 
@@ -173,8 +202,8 @@ mod tests {
             "lowrank:improved:normals=513",
             "lowrank:improved:",
         ] {
-            let error = Plan::parse(text).unwrap_err().to_string();
-            assert!(error.contains("--plan") && error.contains(text) && error.contains("lowrank:paper:facets"), "{error}");
+            let error = text.parse::<LowRankPlan>().unwrap_err().to_string();
+            assert!(error.starts_with("plan: ") && error.contains(text) && error.contains("lowrank:paper:facets"), "{error}");
         }
     }
 }

@@ -1,14 +1,13 @@
 //! Sums over normal clusters: popcounts of visibility bits times one BRDF value a cluster.
 //!
-//! The plain twin of this file is `sums.rs`, facet by facet; clusters of equal normals give the same sums, wider ones differ by a bias
+//! The plain twin of this file is `facets.rs`, facet by facet; clusters of equal normals give the same sums, wider ones differ by a bias
 //! that the caller measures.
 
-use super::estimate::PairSums;
-use super::lobes::{Lobe, Shape, Side, cosines};
-use super::sums::TaskPair;
+use super::task::{PairSums, TaskPair};
 use crate::bvndf::{WORDS_PER_BYTES, both_see, by_set};
 use crate::clusters::Cluster;
 use crate::facets::SETS;
+use crate::filter::lobes::{Lobe, Masking, Shape, cosines};
 use crate::simd::{self, Kernel, LANES, Lanes};
 use glam::{DVec3, Vec3};
 use std::ops::Range;
@@ -74,8 +73,8 @@ pub struct ClusterViews {
     seen: Vec<u16>,
     /// For each direction the words of the clusters, turned by [`by_set`].
     words: Vec<u64>,
-    /// For each lobe, direction and chunk: the lobe's [`Side`] at the mean normals.
-    side: Vec<Lanes>,
+    /// For each lobe, direction and chunk: the lobe's [`Masking`] at the mean normals.
+    masking: Vec<Lanes>,
 }
 
 /// The clusters of one surface, for a task.
@@ -127,11 +126,11 @@ impl Kernel for Add<'_> {
                     continue;
                 }
                 for (j, lobe) in lobes.iter().enumerate() {
-                    if lobe.lobe.whole.is_some() {
+                    if lobe.lobe.table.is_some() {
                         table_values[j] = lobe.lobe.table_values(&lobe.chunks[k].normal, pair.wi, pair.wo);
                     } else {
-                        let side = |d: usize| &views.side[(j * directions.len() + d) * chunks + k];
-                        values[j] = lobe.values(&lobe.chunks[k], pair, side(pair.i), side(pair.o));
+                        let masking = |d: usize| &views.masking[(j * directions.len() + d) * chunks + k];
+                        values[j] = lobe.values(&lobe.chunks[k], pair, masking(pair.i), masking(pair.o));
                     }
                 }
                 let of_chunk = &places[k * LANES..places.len().min((k + 1) * LANES)];
@@ -147,7 +146,7 @@ impl Kernel for Add<'_> {
                         for r in 0..SETS {
                             acc[j][r] += value * count[r];
                         }
-                        if lobes[j].lobe.whole.is_some() {
+                        if lobes[j].lobe.table.is_some() {
                             for c in 0..3 {
                                 for r in 0..SETS {
                                     tables[j][c][r] += table_values[j][c][l] * count[r];
@@ -162,7 +161,7 @@ impl Kernel for Add<'_> {
                 let colour = lobe.lobe.colour_at(i_dot_h);
                 for r in 0..SETS {
                     for c in 0..3 {
-                        let total = if lobe.lobe.whole.is_some() { tables[j][c][r] } else { acc[j][r] };
+                        let total = if lobe.lobe.table.is_some() { tables[j][c][r] } else { acc[j][r] };
                         sums[r][c] += weight * colour[c] * f64::from(total);
                     }
                 }
@@ -232,7 +231,7 @@ impl ClusterViews {
                 self.seen.push(seen);
             }
         }
-        self.side.clear();
+        self.masking.clear();
         for lobe in lobes {
             for (d, (w, _)) in directions.iter().enumerate() {
                 let w = w.as_vec3();
@@ -244,7 +243,7 @@ impl ClusterViews {
                             cosine[l] = cosine[l].clamp(0.0, 1.0);
                         }
                     }
-                    self.side.push(lobe.lobe.side.eval(&cosine));
+                    self.masking.push(lobe.lobe.masking.eval(&cosine));
                 }
             }
         }
@@ -253,11 +252,11 @@ impl ClusterViews {
 }
 
 impl ClusteredLobe<'_> {
-    /// `fr (n·i)(n·o)` without the colour of each cluster of a chunk; `side_i` and `side_o` are the lobe's [`Side`] at their mean normals.
+    /// `fr (n·i)(n·o)` without the colour of each cluster of a chunk; `masking_i` and `masking_o` are the lobe's [`Masking`] at their mean normals.
     #[inline(always)]
-    fn values(&self, chunk: &Chunk, pair: &TaskPair, side_i: &Lanes, side_o: &Lanes) -> Lanes {
+    fn values(&self, chunk: &Chunk, pair: &TaskPair, masking_i: &Lanes, masking_o: &Lanes) -> Lanes {
         let mut value = [0.0; LANES];
-        if self.lobe.shape == Shape::Constant && self.lobe.side == Side::Cosine {
+        if self.lobe.shape == Shape::Constant && self.lobe.masking == Masking::Cosine {
             let (i, o) = (pair.wi.as_vec3(), pair.wo.as_vec3());
             // Products of i and o: they have the same bits both ways round.
             let square = [i.x * o.x, i.y * o.y, i.z * o.z];
@@ -270,7 +269,7 @@ impl ClusteredLobe<'_> {
         } else {
             let shape = self.widened(chunk, pair.half.h);
             for l in 0..LANES {
-                value[l] = side_i[l] * side_o[l] * shape[l];
+                value[l] = masking_i[l] * masking_o[l] * shape[l];
             }
         }
         value

@@ -1,0 +1,184 @@
+//! The method, from a surface and pairs to values with errors.
+
+use super::clustering::{ClusteredTracer, clustered};
+use super::params::PARAMS;
+use super::rounds::{Asked, adapt, find, repeat, weigh_as};
+use super::run::{DirectRun, Outcome, StartHint};
+use super::{long_list, part};
+use crate::direction::Pair;
+use crate::error::Result;
+use crate::filter::control::Control;
+use crate::filter::plan::Plan;
+use crate::filter::prepared::Prepared;
+use crate::filter::quality::Quality;
+use crate::filter::query::Query;
+use crate::filter::tolerance::keeps;
+use crate::filter::tracer::Tracer;
+use crate::filter::value::{Effective, Summary};
+use crate::material::SmallScale;
+use crate::numerics::seed;
+use crate::visibility::MAX_PERIODS;
+
+/// Effective values by the direct method.
+pub(in crate::filter) fn direct(small: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
+    Ok(traced(small, pairs, quality, control, StartHint::UNKNOWN)?.effective)
+}
+
+/// The same where something is known of the samples that will be needed; and how many directions too few samples see.
+pub(in crate::filter) fn direct_from(
+    small: &SmallScale,
+    pairs: &[Pair],
+    quality: &Quality,
+    control: &Control<'_>,
+    start: StartHint,
+) -> Result<(Effective, usize)> {
+    let traced = traced(small, pairs, quality, control, start)?;
+    Ok((traced.effective, traced.undersampled))
+}
+
+/// Computes the values of a surface by the direct method, as [`effective`](crate::filter::effective) does, and keeps the facets that they need and what
+/// these see: a bit a facet and direction, and about 60 bytes a facet.
+///
+/// # Errors
+/// Those of [`effective`](crate::filter::effective).
+pub fn prepare<'a>(small: &SmallScale, pairs: &'a [Pair], quality: &Quality, control: &Control<'_>) -> Result<(Prepared<'a>, Effective)> {
+    let DirectResult { effective, tracer, samples, .. } = traced(small, pairs, quality, control, StartHint::UNKNOWN)?;
+    Ok((Prepared::new(&tracer, pairs, Query::new(pairs, small.is_reciprocal()), samples)?, effective))
+}
+
+/// Values, and what finds facets and their visibility as it did for them.
+struct DirectResult<'a> {
+    effective: Effective,
+    tracer: Tracer<'a>,
+    /// Samples that the values are from.
+    samples: u32,
+    /// Directions that too few of the samples see.
+    undersampled: usize,
+}
+
+/// The values with what they were made by: clusters, then the number of samples on a part of the list, then the list itself.
+fn traced<'a>(
+    small: &'a SmallScale,
+    pairs: &[Pair],
+    quality: &Quality,
+    control: &Control<'a>,
+    start: StartHint,
+) -> Result<DirectResult<'a>> {
+    let began = (control.clock)();
+    let spent = || (control.clock)() - began;
+    let plan = quality.plan.as_ref().map(Plan::as_direct).transpose()?;
+    let symmetric = small.is_reciprocal();
+    let query = Query::new(pairs, symmetric);
+    let directions = query.directions.len();
+    let long = query.pairs.len() > PARAMS.long_list;
+    // A short budget is better spent on the list itself. A plan says where its pilot run was.
+    let in_part = long || plan.map_or(quality.budget.is_none() && part::worth_a_part(&query), |plan| plan.by_part);
+    let part = if in_part { part::to_try(pairs, &query) } else { Vec::new() };
+    let tried = if in_part { (&part[..], Query::new(&part, symmetric)) } else { (pairs, query.clone()) };
+    let ClusteredTracer { tracer, narrowed, bias } =
+        clustered(small, (pairs, &query), plan, (quality.tolerance, seed::fold(quality.seed)), control)?;
+    let mut run = DirectRun::new(small, tracer, tried, control, start);
+    run.seconds[0] = spent();
+
+    let asked = Asked { quality, spent: &spent };
+    let found = match plan {
+        Some(plan) => {
+            weigh_as(&mut run, plan)?;
+            Some(plan)
+        }
+        None => in_part.then(|| find(&mut run, asked, pairs.len(), long)).transpose()?,
+    };
+    let mut outcome = match (plan, found) {
+        (_, Some(found)) if long => long_list::whole(&mut run, pairs, query, found, asked)?,
+        (plan, found) => {
+            if in_part {
+                run.set_list(pairs, query);
+            }
+            match plan {
+                Some(plan) => repeat(&mut run, plan)?,
+                None => adapt(&mut run, asked, 1.0, found)?,
+            }
+        }
+    };
+    outcome.plan.narrowed = narrowed;
+    let mut notes = notes(&outcome, pairs, quality, spent());
+    notes.extend(outcome.add_bias(bias));
+    notes.extend(outcome.add_lost(run.tracer.lost(), directions));
+    Ok(result(run, outcome, directions, notes))
+}
+
+/// The values and their summary.
+fn result<'a>(run: DirectRun<'a, '_>, outcome: Outcome, directions: usize, notes: Vec<String>) -> DirectResult<'a> {
+    let Outcome { values, relative_rms, plan, undersampled, .. } = outcome;
+    let facets = plan.samples() as usize;
+    let summary = Summary {
+        method: "direct",
+        plan: Some(Plan::Direct(plan)),
+        facets,
+        clusters: if run.tracer.is_clustered() { run.tracer.surface.groups.len() } else { facets },
+        directions,
+        stages: ["prepare", "facets", "visibility", "sums"].into_iter().zip(run.seconds.map(|s| 1e3 * s)).collect(),
+        relative_rms,
+        low_rank: Vec::new(),
+        notes,
+    };
+    DirectResult { effective: Effective { values, summary }, tracer: run.tracer, samples: plan.samples(), undersampled }
+}
+
+impl Outcome {
+    /// Adds the bias of clusters to all errors, and says so.
+    fn add_bias(&mut self, bias: f64) -> Option<String> {
+        if bias > 0.0 {
+            self.relative_rms = self.relative_rms.hypot(bias);
+            for value in &mut self.values {
+                for c in 0..3 {
+                    value.se[c] = value.se[c].hypot(bias * value.fbar[c]);
+                    value.s_se[c] = value.s_se[c].hypot(bias * value.s[c]);
+                }
+            }
+            Some(format!("clusters of unequal normals err by {bias:.1e}, relative RMS; the errors include it"))
+        } else {
+            None
+        }
+    }
+
+    /// Adds the share of the rays that were given up to the relative error, and says so.
+    fn add_lost(&mut self, lost: usize, directions: usize) -> Option<String> {
+        if lost == 0 {
+            return None;
+        }
+        let share = lost as f64 / (f64::from(self.plan.samples()) * directions as f64);
+        self.relative_rms = self.relative_rms.hypot(share);
+        Some(format!("{lost} rays ({share:.2e} of all) passed {MAX_PERIODS} periods without an answer and count as free"))
+    }
+}
+
+/// What a user should know of a run that took `spent` seconds.
+fn notes(outcome: &Outcome, pairs: &[Pair], quality: &Quality, spent: f64) -> Vec<String> {
+    let mut notes = Vec::new();
+    if quality.plan.is_none() && !keeps(outcome.relative_rms, quality.tolerance) {
+        let why = if quality.budget.is_some() {
+            "the budget is spent"
+        } else {
+            "more samples would not fit the memory that this method allows itself"
+        };
+        notes.push(format!("the tolerance of {} is not met: {why}", quality.tolerance));
+    }
+    let fewest = outcome.plan.samples() == PARAMS.min_budget_samples;
+    if let Some(budget) = quality.budget.filter(|b| fewest && spent > PARAMS.overdrawn * b) {
+        notes.push(format!("the budget of {budget} s is less than the {spent:.3} s that the fewest samples take here"));
+    }
+    if outcome.undersampled > 0 {
+        notes.push(format!(
+            "{} directions see so few of the samples that what they show may be missed: the method `reference` finds it",
+            outcome.undersampled
+        ));
+    }
+    // Directions below the horizon are black, and no news.
+    let above = |pair: &Pair| pair.wi.z >= 0.0 && pair.wo.z >= 0.0;
+    let black = outcome.values.iter().zip(pairs).filter(|(v, pair)| v.av == 0.0 && above(pair)).count();
+    if black > 0 {
+        notes.push(format!("{black} pairs see no front face: their values are 0"));
+    }
+    notes
+}

@@ -1,0 +1,151 @@
+//! What both variants work with: facets, what they see, and factors of matrices.
+
+use super::choices::{Choices, Colours, FacetPlacement};
+use super::materials::{Basis, Product};
+use super::normals::Bins;
+use crate::error::{BadInput, Result};
+use crate::facets::{self, Facets, Runs};
+use crate::filter::control::Control;
+use crate::filter::plan::{LowRankPlan, LowRankVariant};
+use crate::filter::quality::Quality;
+use crate::filter::sums::visible_area;
+use crate::filter::tracer::Tracer;
+use crate::filter::value::LowRankFacts;
+use crate::material::{SmallScale, Surface, Tint};
+use crate::numerics::randomized_svd::{self, Factors, Params, Rows};
+use crate::numerics::seed;
+use crate::visibility::Bits;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Most bytes of visibility bits. Chosen, not measured.
+const MAX_BIT_BYTES: usize = 512 << 20;
+/// Random vectors are doubled until the factors keep the share of the power that is asked for; a share nearer to 1 than this cannot be told from rounding
+/// of the power itself.
+const ROUNDING_OF_POWER: f64 = 1e-12;
+
+/// A stage of the method, for its seconds.
+#[derive(Clone, Copy)]
+pub(super) enum Stage {
+    MatrixM,
+    Facets,
+    Visibility,
+    Sums,
+}
+
+impl Stage {
+    /// The names of all stages, in their order.
+    pub const NAMES: [&'static str; 4] = ["matrix M", "facets", "visibility", "sums"];
+}
+
+/// A run of the method.
+pub(super) struct LowRankRun<'a> {
+    pub small: &'a SmallScale,
+    pub quality: &'a Quality,
+    pub control: &'a Control<'a>,
+    pub tracer: Tracer<'a>,
+    pub choices: Choices,
+    /// Seconds of each [`Stage`].
+    pub seconds: [f64; 4],
+    pub notes: Vec<String>,
+}
+
+/// Facets, and what they see of some directions.
+pub(super) struct VisibleFacets {
+    pub facets: Facets,
+    pub bits: Bits,
+    /// Visible area over the footprint, one a direction.
+    pub areas: Vec<f64>,
+}
+
+/// Values of a list of pairs before their errors are known.
+pub(super) struct RawValues {
+    /// `S` of each pair, and visible area over the footprint from its viewer.
+    pub pairs: Vec<([f64; 3], f64)>,
+    pub facts: Vec<LowRankFacts>,
+    pub directions: usize,
+    pub bins: usize,
+}
+
+impl<'a> LowRankRun<'a> {
+    /// A run of a variant.
+    pub fn new(small: &'a SmallScale, variant: LowRankVariant, quality: &'a Quality, control: &'a Control<'a>) -> Self {
+        let tracer = Tracer::new(small, None, seed::fold(quality.seed), control);
+        Self { small, quality, control, tracer, choices: Choices::of(variant), seconds: [0.0; 4], notes: Vec::new() }
+    }
+
+    /// This moment, in seconds.
+    pub fn now(&self) -> f64 {
+        (self.control.clock)()
+    }
+
+    /// Adds the time since `began` to a stage.
+    pub fn took(&mut self, stage: Stage, began: f64) {
+        self.seconds[stage as usize] += self.now() - began;
+    }
+
+    /// The facets of a plan.
+    pub fn facets(&mut self, plan: &LowRankPlan) -> Facets {
+        let began = self.now();
+        let facets = match self.choices.placing {
+            FacetPlacement::Random => facets::random(self.small, &self.tracer.surface, plan.facets(), self.tracer.seed),
+            FacetPlacement::LowDiscrepancy => {
+                let count = u32::try_from(plan.facets()).expect("at most MAX_FACETS");
+                let runs = Runs::of_block(0, count, 0, 1);
+                facets::sample(self.small, &self.tracer.surface, &self.tracer.density, runs, self.tracer.seed)
+            }
+        };
+        self.took(Stage::Facets, began);
+        facets
+    }
+
+    /// What facets see of `directions`.
+    pub fn see(&mut self, facets: Facets, directions: &[DVec3]) -> Result<VisibleFacets> {
+        self.control.check()?;
+        let bytes = facets.triangle.len() / 8 * directions.len();
+        if bytes > MAX_BIT_BYTES {
+            let problem = format!("{} facets and {} directions need {} MB of visibility", facets.samples, directions.len(), bytes >> 20);
+            return Err(BadInput::new(problem, "ask for fewer facets or pairs, or for the method `direct`").into());
+        }
+        let began = self.now();
+        let bits = self.tracer.see(&facets, directions)?;
+        let area = |(d, &w): (usize, &DVec3)| visible_area(&facets, w, bits.row(d)).iter().sum::<f64>() / facets.samples as f64;
+        let areas = directions.par_iter().enumerate().map(area).collect();
+        self.took(Stage::Visibility, began);
+        Ok(VisibleFacets { facets, bits, areas })
+    }
+
+    /// Factors of a matrix, and with as many random vectors as its energy asks for if the variant lets them grow.
+    pub fn factor(&self, matrix: &Rows<'_>, energy: f64) -> Result<Factors> {
+        let Choices { iteration, projected, grows, .. } = self.choices;
+        let mut projection = projected;
+        loop {
+            let params = Params { projection, iteration, energy, seed: self.quality.seed };
+            let factors = randomized_svd::factor(matrix, &params, &|| self.control.check())?;
+            let enough = factors.energy >= energy.min(1.0 - ROUNDING_OF_POWER) || projection >= matrix.rows.min(matrix.columns);
+            if enough || !grows {
+                return Ok(factors);
+            }
+            projection *= 2;
+        }
+    }
+}
+
+/// Products for each channel of colour weights, or the one for all: column `j` of `N` goes with column `of_bin(j)` of `M`.
+pub(super) fn products(bins: &Bins, channels: usize, n: Basis<'_>, m: Basis<'_>, of_bin: impl Fn(usize) -> usize) -> Vec<Product> {
+    let of_channel = |c: usize| {
+        let columns: Vec<[usize; 2]> = (0..bins.normals.len()).map(|j| [channels * j + c, of_bin(j)]).collect();
+        Product::new(n, m, &columns)
+    };
+    (0..channels.max(1)).map(of_channel).collect()
+}
+
+/// What turns a number along a colour direction, or one of each channel, into a colour of a surface.
+pub(super) fn colour_of(surface: &Surface, colours: Colours, direction: &[f64; 3]) -> [f64; 3] {
+    // Image tints are in N.
+    let tint = if let Tint::Uniform(tint) = surface.tint { tint.map(f64::from) } else { [1.0; 3] };
+    match colours {
+        Colours::Principal => std::array::from_fn(|c| tint[c] * direction[c]),
+        Colours::Three => tint,
+    }
+}

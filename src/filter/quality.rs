@@ -1,0 +1,127 @@
+//! What a caller wants: method, tolerance, budget, seed.
+
+use super::plan::{LowRankVariant, Plan};
+use super::tolerance::DEFAULT_TOLERANCE;
+use crate::error::{BadInput, Result};
+use std::path::PathBuf;
+
+/// How to compute effective values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// The program chooses.
+    Auto,
+    /// Facets shared by all pairs, visibility for exactly the directions of the query, direct sums.
+    Direct,
+    /// Low-rank matrices after Wu et al. 2011.
+    LowRank,
+    /// Spherical Gaussians after Iwasaki et al. 2012.
+    SphericalGaussian,
+    /// Fresh rays for every pair, optionally with interreflections.
+    Reference,
+}
+
+/// What the caller wants.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quality {
+    /// Method to use.
+    pub method: Method,
+    /// Relative RMS error of `fbar` over all pairs and channels to stay within.
+    pub tolerance: f64,
+    /// Wall seconds to stay within, if any; then `tolerance` is a wish.
+    pub budget: Option<f64>,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Reflections after the first (`reference` only); 0 is direct light.
+    pub bounces: u32,
+    /// A plan to repeat exactly: an earlier [`Summary::plan`](super::Summary::plan).
+    pub plan: Option<Plan>,
+    /// Which form of the low-rank method.
+    pub variant: LowRankVariant,
+    /// Where the low-rank method keeps what it computes once a BRDF, if anywhere.
+    pub cache: Option<MatrixCache>,
+}
+
+impl Default for Quality {
+    fn default() -> Self {
+        Self {
+            method: Method::Auto,
+            tolerance: DEFAULT_TOLERANCE,
+            budget: None,
+            seed: 0,
+            bounces: 0,
+            plan: None,
+            variant: LowRankVariant::Paper,
+            cache: None,
+        }
+    }
+}
+
+impl Quality {
+    /// The method that runs: what `Auto` chooses, which is the plan's method, or `reference` for reflections after the first,
+    /// or else `direct`.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] for reflections that `direct` is asked for: it computes direct light only.
+    pub fn method_to_run(&self) -> Result<Method> {
+        let method = match (self.method, &self.plan) {
+            (Method::Auto, Some(Plan::Reference(_))) => Method::Reference,
+            (Method::Auto, Some(Plan::LowRank(_))) => Method::LowRank,
+            (Method::Auto, None) if self.bounces > 0 => Method::Reference,
+            (Method::Auto, _) => Method::Direct,
+            (asked, _) => asked,
+        };
+        let name = match method {
+            Method::Direct => "direct",
+            Method::LowRank => "lowrank",
+            _ => return Ok(method),
+        };
+        if self.bounces > 0 {
+            let problem = format!("{} reflections after the first are asked of the method `{name}`", self.bounces);
+            let remedy = "it computes direct light only; ask for 0, or for the method `reference`";
+            return Err(BadInput::new(problem, remedy).at_field("bounces").into());
+        }
+        Ok(method)
+    }
+}
+
+/// A folder of compressed matrices of the low-rank method: see [`super::low_rank`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MatrixCache {
+    /// The folder; made when the first file is.
+    pub folder: PathBuf,
+    /// Most bytes of all files: the least recently used ones go first.
+    pub max_bytes: u64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn quality(method: Method, bounces: u32, plan: Option<&str>) -> Quality {
+        Quality { method, bounces, plan: plan.map(|text| text.parse().unwrap()), ..Quality::default() }
+    }
+
+    #[test]
+    fn auto_follows_the_plan_and_takes_the_reference_for_interreflections() {
+        use Method::{Auto, Direct, Reference};
+        for (asked, bounces, plan, runs) in [
+            (Auto, 0, None, Direct),
+            (Auto, 2, None, Reference),
+            (Auto, 0, Some("direct:2048x1"), Direct),
+            (Auto, 0, Some("reference:bounces=0:first=8"), Reference),
+            (Reference, 0, None, Reference),
+            (Direct, 0, None, Direct),
+        ] {
+            let quality = quality(asked, bounces, plan);
+            assert_eq!(quality.method_to_run().unwrap(), runs, "{quality:?}");
+        }
+    }
+
+    #[test]
+    fn direct_refuses_interreflections() {
+        for (method, plan) in [(Method::Direct, None), (Method::Auto, Some("direct:2048x1"))] {
+            let message = quality(method, 2, plan).method_to_run().unwrap_err().to_string();
+            assert!(message.contains("bounces: 2 reflections"), "{message}");
+        }
+    }
+}
