@@ -40,7 +40,7 @@ impl fmt::Display for Report {
             }
             for (k, kind) in found.kinds.iter().enumerate() {
                 let [r, g, b] = kind.colour;
-                writeln!(f, "  close-up  kind {}: cover {:.1} %, mean radiance [{r:.4}, {g:.4}, {b:.4}]", k + 1, 100.0 * kind.cover)?;
+                writeln!(f, "  close-up  colour {}: coverage {:.1} %, mean radiance [{r:.4}, {g:.4}, {b:.4}]", k + 1, 100.0 * kind.cover)?;
             }
         }
         writeln!(f, "  moves     {}", self.survey.variables.join(", "))?;

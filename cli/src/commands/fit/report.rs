@@ -105,7 +105,7 @@ fn validation(outcome: &Outcome) -> Markup {
             p { "No photograph was held out: how the material looks under another light is not tested." }
         } @else {
             p {
-                "Everything frozen, another light. It passes with at most 5 % and at most twice the training error; a light within 10 degrees \
+                "Everything held fixed, another light. It passes with at most 5 % and at most twice the training error; a light within 10 degrees \
                  of a fitted one proves nothing."
             }
             table {
@@ -189,8 +189,8 @@ fn close_up(outcome: &Outcome) -> Markup {
             }
             @for (k, kind) in found.kinds.iter().enumerate() {
                 tr {
-                    td { "kind " (k + 1) }
-                    td { (format!("cover {:.1} %, mean radiance [{}]", 100.0 * kind.cover, kind.colour.map(digits).join(", "))) }
+                    td { "colour " (k + 1) }
+                    td { (format!("coverage {:.1} %, mean radiance [{}]", 100.0 * kind.cover, kind.colour.map(digits).join(", "))) }
                 }
             }
         }

@@ -1,7 +1,6 @@
 //! `biscale plot`: pictures of a material or of a baked table.
 
 mod polar;
-
 mod view;
 
 use crate::common::figure;
