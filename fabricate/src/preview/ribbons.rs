@@ -4,6 +4,7 @@
 //! takes the same path: at its amplitude where it lies over or under, a cosine between. What changes is the section: a rectangle as
 //! wide as the thread and as thick as the paper, upright as the threads' sections are.
 
+use super::bare_tile::bare_tile;
 use biscale::error::{BadInput, Result};
 use biscale::geometry::Tile;
 use biscale::geometry::weave::{Thread, Weave};
@@ -46,16 +47,7 @@ pub fn ribbons(surface: &SmallScale, weave: &Weave, thickness: f64) -> Result<Sm
         return Err(BadInput::new(problem, "take thinner paper or a larger `scale`").at_field("paper_thickness").into());
     }
     let tile = &surface.tile;
-    let mut out = Tile {
-        vertices: Vec::new(),
-        triangles: Vec::new(),
-        part_of_triangle: Vec::new(),
-        parts: tile.parts.clone(),
-        uv: None,
-        period: tile.period,
-        grid: None,
-        notes: Vec::new(),
-    };
+    let mut out = bare_tile(tile.parts.clone(), tile.period);
     let warp_amplitude = weave.crimp_share * weave.crimp;
     for (i, thread) in weave.warp.iter().enumerate() {
         let line = centre_line(&weave.weft, |k| weave.draft.over(i, k), warp_amplitude, weave.period.y);
@@ -106,16 +98,7 @@ mod tests {
         let line = centre_line(&[thread(0.5, 0), thread(1.5, 0)], |k| k == 0, 0.2, 2.0);
         let length: f64 = line.windows(2).map(|w| w[0].distance(w[1])).sum();
         assert!((length - 2.0 * crate::unfold::bend_length(0.2, 1.0)).abs() < 1e-3, "{length}");
-        let mut tile = Tile {
-            vertices: Vec::new(),
-            triangles: Vec::new(),
-            part_of_triangle: Vec::new(),
-            parts: vec!["a".into()],
-            uv: None,
-            period: DVec2::new(2.0, 2.0),
-            grid: None,
-            notes: Vec::new(),
-        };
+        let mut tile = bare_tile(vec!["a".into()], DVec2::new(2.0, 2.0));
         for flip in [false, true] {
             tile.vertices.clear();
             tile.triangles.clear();

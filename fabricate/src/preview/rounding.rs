@@ -1,5 +1,6 @@
 //! A height field as paper rounds it: opened and closed with a ball, on a grid.
 
+use super::bare_tile::bare_tile;
 use biscale::error::{BadInput, Error, Result};
 use biscale::geometry::{HeightGrid, Tile};
 use biscale::material::SmallScale;
@@ -89,16 +90,8 @@ pub(super) fn morph(heights: &[f64], period: DVec2, radius: f64, closing: bool) 
 pub(super) fn on_grid(surface: &SmallScale, heights: &[f64]) -> Result<SmallScale> {
     let tile = &surface.tile;
     let cell = tile.period / NODES as f64;
-    let mut out = Tile {
-        vertices: Vec::new(),
-        triangles: Vec::new(),
-        part_of_triangle: Vec::new(),
-        parts: tile.parts.clone(),
-        uv: None,
-        period: tile.period,
-        grid: Some(HeightGrid { columns: NODES, rows: NODES, heights: heights.to_vec() }),
-        notes: Vec::new(),
-    };
+    let mut out = bare_tile(tile.parts.clone(), tile.period);
+    out.grid = Some(HeightGrid { columns: NODES, rows: NODES, heights: heights.to_vec() });
     for j in 0..=NODES {
         for i in 0..=NODES {
             out.vertices.push((DVec2::new(i as f64, j as f64) * cell).extend(heights[j % NODES * NODES + i % NODES]));

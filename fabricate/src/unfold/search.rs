@@ -191,9 +191,12 @@ fn grow(net: &mut Net<'_, '_>, weights: &[f64], slit: f64, random: &mut Random, 
     }
 }
 
+/// Distance of the streams of neighbouring seeds: a prime above the number of runs, so that two seeds have no run in common.
+const SEED_STRIDE: u64 = 1009;
+
 /// One run: begin, then search for `work` collision tests.
 fn run<'p, 'a>(problem: &'p Problem<'a>, effort: Effort, number: u32, least: usize, stop: &Stop<'_>) -> Net<'p, 'a> {
-    let mut random = Random::new(effort.seed.wrapping_mul(1009).wrapping_add(u64::from(number)));
+    let mut random = Random::new(effort.seed.wrapping_mul(SEED_STRIDE).wrapping_add(u64::from(number)));
     let mut net = Net::new(problem);
     let weights = weights(problem, number, &mut random);
     let slit = PARAMS.slit_shyness[random.below(PARAMS.slit_shyness.len())];
