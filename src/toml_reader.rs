@@ -5,6 +5,7 @@
 //! refuses the rest with the nearest known key. It does not write files and does not keep comments.
 
 use crate::error::{BadInput, Error, Result};
+use crate::numerics::cast::truncate_u32;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
@@ -212,8 +213,7 @@ impl<'a> TableReader<'a> {
             return Err(self.wrong_type(key, value, "a whole number"));
         }
         let number = self.number(key, value, range(min.into(), max.into()), "a whole number")?;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "whole and in the range of u32, just checked")]
-        Ok(Some(number as u32))
+        Ok(Some(truncate_u32(number)))
     }
 
     /// Whole numbers from `min` to `max`, at least one and at most `most`, if the key is there.
@@ -229,8 +229,7 @@ impl<'a> TableReader<'a> {
                 return Err(self.wrong_type(key, element, &wanted));
             }
             let number = self.number(key, element, range(min.into(), max.into()), &wanted)?;
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "whole and in the range of u32, just checked")]
-            Ok(number as u32)
+            Ok(truncate_u32(number))
         };
         array.iter().map(one).collect::<Result<_>>().map(Some)
     }

@@ -2,6 +2,7 @@
 
 use super::raster::{Raster, check_size};
 use crate::error::BadInput;
+use crate::numerics::cast::narrow;
 use rayon::prelude::*;
 use std::io::Cursor;
 
@@ -91,8 +92,8 @@ pub(super) fn tiff(bytes: &[u8]) -> Result<Raster, BadInput> {
         DecodingResult::U16(raw) => (deinterleave(&raw, stride, word), true),
         DecodingResult::F16(raw) => (deinterleave(&raw, stride, |v| v.to_f32()), false),
         DecodingResult::F32(raw) => (deinterleave(&raw, stride, |v| v), false),
-        #[expect(clippy::cast_possible_truncation, reason = "f32 keeps 1e-7 of a height or colour")]
-        DecodingResult::F64(raw) => (deinterleave(&raw, stride, |v| v as f32), false),
+        // f32 keeps 1e-7 of a height or colour.
+        DecodingResult::F64(raw) => (deinterleave(&raw, stride, narrow), false),
         _ => return Err(BadInput::new("the TIFF's samples are not 8 or 16 bit unsigned, nor floats", "write it in one of these")),
     };
     if channels.iter().any(|c| c.len() * stride != samples) {

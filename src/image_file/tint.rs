@@ -3,6 +3,7 @@
 use super::raster::Raster;
 use super::read::read;
 use crate::error::{BadInput, Result};
+use crate::numerics::cast::{narrow, truncate_usize};
 use glam::DVec2;
 use std::path::Path;
 
@@ -21,8 +22,7 @@ impl TintImage {
     /// The pixel that holds `uv`, both wrapped into the unit square.
     pub fn lookup(&self, uv: DVec2) -> [f32; 3] {
         let wrapped = uv - uv.floor();
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "wrapped into the image")]
-        let pixel = |x: f64, size: usize| ((x * size as f64) as usize).min(size - 1);
+        let pixel = |x: f64, size: usize| truncate_usize(x * size as f64).min(size - 1);
         self.pixels[pixel(wrapped.y, self.height) * self.width + pixel(wrapped.x, self.width)]
     }
 }
@@ -47,8 +47,7 @@ pub fn read_tint(path: &Path) -> Result<TintImage> {
                 let problem = format!("the colour weight {bad} in column {column}, row {row} is out of range");
                 return Err(BadInput::new(problem, "scale the image to 0..1").in_file(path).into());
             }
-            #[expect(clippy::cast_possible_truncation, reason = "colour weights are f32")]
-            pixels.push(if integer { pixel.map(|v| srgb_to_linear(v.into()) as f32) } else { pixel });
+            pixels.push(if integer { pixel.map(|v| narrow(srgb_to_linear(v.into()))) } else { pixel });
         }
     }
     Ok(TintImage { width, height, pixels })

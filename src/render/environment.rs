@@ -7,10 +7,15 @@
 
 use crate::error::{BadInput, Result};
 use crate::image_file::{self, Raster};
-use crate::numerics::low_discrepancy::{fraction, hash, sobol_2d};
+use crate::numerics::cast::truncate_usize;
+use crate::numerics::low_discrepancy::{fraction, sobol_2d};
+use crate::numerics::seed::fold;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
+
+/// "envi": the stream of the environment's directions; any other number would do.
+const SALT: u32 = 0x656e_7669;
 
 /// Radiance from all directions.
 #[derive(Clone, Debug)]
@@ -77,15 +82,13 @@ impl Environment {
     pub fn radiance(&self, w: DVec3) -> [f64; 3] {
         let across = (w.x.atan2(w.y) + self.rotation) / TAU + 0.5;
         let down = w.z.clamp(-1.0, 1.0).acos() / PI;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "wrapped into the image")]
-        let place = |x: f64, size: usize| ((x * size as f64) as usize).min(size - 1);
+        let place = |x: f64, size: usize| truncate_usize(x * size as f64).min(size - 1);
         self.pixel(place(across - across.floor(), self.raster.width), place(down, self.raster.height))
     }
 
     /// `count` directional lights: unit directions to them, and their irradiance on a plane that faces them.
     pub fn lights(&self, count: u32, seed: u64) -> Vec<(DVec3, [f64; 3])> {
-        #[expect(clippy::cast_possible_truncation, reason = "both halves of the seed are used")]
-        let seed = hash(hash(seed as u32 ^ 0x656e_7669) ^ (seed >> 32) as u32);
+        let seed = fold(seed ^ u64::from(SALT));
         let (width, height) = (self.raster.width as f64, self.raster.height as f64);
         (0..count)
             .map(|index| {

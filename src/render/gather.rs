@@ -6,7 +6,9 @@ use super::world::{MAX_LAYERS, NOTHING, World};
 use crate::direction::MIN_COSINE;
 use crate::error::Result;
 use crate::filter::Control;
+use crate::numerics::cast::narrow;
 use crate::numerics::low_discrepancy::{fraction, hash, sobol_2d};
+use crate::numerics::seed::fold;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -107,8 +109,7 @@ fn count(length: usize) -> u32 {
 
 fn gather_row(world: &World<'_>, lights: &[Light], row: u32, seed: u64) -> View {
     let camera = &world.scene.camera;
-    #[expect(clippy::cast_possible_truncation, reason = "both halves of the seed are used")]
-    let seed = hash(hash(seed as u32) ^ (seed >> 32) as u32);
+    let seed = fold(seed);
     let mut view = View { rows: row..row + 1, ..View::default() };
     for column in 0..camera.width {
         let pixel = row * camera.width + column;
@@ -129,11 +130,8 @@ fn gather_row(world: &World<'_>, lights: &[Light], row: u32, seed: u64) -> View 
                 behind[c] += through * beyond[c];
             }
         }
-        #[expect(clippy::cast_possible_truncation, reason = "pictures are in f32")]
-        {
-            view.behind.push(behind.map(|v| v as f32));
-            view.alpha.push(alpha as f32);
-        }
+        view.behind.push(behind.map(narrow));
+        view.alpha.push(narrow(alpha));
     }
     view
 }
@@ -168,8 +166,7 @@ impl View {
                     }
                     let share = world.transmittance(&place, to_light, distance);
                     if share > 0.0 {
-                        #[expect(clippy::cast_possible_truncation, reason = "kept in f32")]
-                        let scale = (share * falloff).min(f64::from(f32::MAX)) as f32;
+                        let scale = narrow((share * falloff).min(f64::from(f32::MAX)));
                         let light = u16::try_from(index).expect("lights are limited");
                         self.lit.push(Lit { wi: wi.as_vec3(), scale, light });
                     }

@@ -8,6 +8,7 @@
 use super::shapes::{Hit, any_across};
 use crate::error::{BadInput, Error, Result};
 use crate::geometry::mesh;
+use crate::numerics::cast::narrow;
 use crate::visibility::{MAX_DEPTH, depth};
 use glam::{DAffine3, DMat3, DVec2, DVec3, UVec2, Vec3A};
 use obvhs::BvhBuildParams;
@@ -182,11 +183,10 @@ impl LargeMesh {
         if end.is_nan() || end <= 0.0 {
             return;
         }
-        #[expect(clippy::cast_possible_truncation, reason = "the padding of the boxes covers the rounding")]
-        let to_f32 = |x: f64| x as f32;
+        // The padding of the boxes covers the rounding to f32.
         let entry: Vec3A = (from + start * direction).as_vec3a();
         // obvhs takes -0 for a negative component in one place and for a positive one in another.
-        let mut ray = Ray::new(entry, direction.as_vec3a() + Vec3A::ZERO, 0.0, to_f32(end));
+        let mut ray = Ray::new(entry, direction.as_vec3a() + Vec3A::ZERO, 0.0, narrow(end));
         let mut state = self.bvh.new_traversal(ray.direction);
         let mut node;
         obvhs::traverse!(self.bvh, node, state, node.intersect_ray(&ray, state.oct_inv4), {
@@ -196,7 +196,7 @@ impl LargeMesh {
                 if limit == f64::NEG_INFINITY {
                     return;
                 }
-                ray.tmax = ray.tmax.min(to_f32(limit * self.scale - start + STEP_BACK));
+                ray.tmax = ray.tmax.min(narrow(limit * self.scale - start + STEP_BACK));
             }
         });
     }

@@ -7,6 +7,7 @@ use crate::direction::above_horizon;
 use crate::error::Result;
 use crate::filter::Control;
 use crate::geometry::Tile;
+use crate::numerics::cast::narrow;
 use crate::numerics::low_discrepancy::{fraction, sobol_2d};
 use crate::table::{lattice_weights, nodes};
 use crate::visibility::{PeriodicBvh, Traced};
@@ -77,9 +78,7 @@ fn shares(bvh: &PeriodicBvh, tile: &Tile, (rings, rays): (usize, u32), control: 
             // A ray that found nothing in as many periods as rays are followed passes between what there is.
             matches!(bvh.trace(origin, -w, None), Traced::Hit(_))
         });
-        #[expect(clippy::cast_possible_truncation, reason = "a share")]
-        let share = (hits.count() as f64 / f64::from(rays)) as f32;
-        share
+        narrow(hits.count() as f64 / f64::from(rays))
     };
     let shares: Vec<f32> = nodes(rings).par_iter().map(one).collect();
     control.check()?;

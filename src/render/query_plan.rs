@@ -9,6 +9,7 @@ use crate::direction::Pair;
 use crate::error::Result;
 use crate::filter::{Control, Effective, Quality, Summary, Value, effective};
 use crate::material::SmallScale;
+use crate::numerics::cast::truncate_usize;
 use crate::table::{Guide, GuideLobes, HemisphereGrid, node_count, value_count};
 use glam::{DVec3, Vec3};
 use std::ops::Range;
@@ -132,8 +133,7 @@ impl QueryPlan {
             if plan.interpolation <= allowed || plan.rings >= MAX_RINGS {
                 return Ok(plan);
             }
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between rings and the limit")]
-            let finer = (MARGIN * plan.rings as f64 * (plan.interpolation / allowed).sqrt()).ceil().min(MAX_RINGS as f64) as usize;
+            let finer = truncate_usize((MARGIN * plan.rings as f64 * (plan.interpolation / allowed).sqrt()).ceil().min(MAX_RINGS as f64));
             plan.rings = finer.clamp(plan.rings + 1, MAX_RINGS);
         }
     }

@@ -13,6 +13,7 @@ use crate::direction::{MIN_COSINE, Pair};
 use crate::error::{Error, Result};
 use crate::filter::{Effective, Quality, Summary};
 use crate::material::SmallScale;
+use crate::numerics::cast::{index_u32, narrow};
 use crate::table::{Guide, HemisphereGrid, lattice_weights};
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
@@ -64,9 +65,7 @@ pub(super) fn above(w: Vec3) -> DVec3 {
 pub fn locate(grid: &HemisphereGrid, w: Vec3) -> GridPlace {
     let w = above(w);
     let (triangle, weights) = grid.locate(DVec3::new(w.x, w.y, w.z.max(MIN_COSINE)));
-    #[expect(clippy::cast_possible_truncation, reason = "weights are f32 in hot loops")]
-    let weights = weights.map(|v| v as f32);
-    GridPlace { triangle: u32::try_from(triangle).expect("grids have few triangles"), weights }
+    GridPlace { triangle: index_u32(triangle), weights: weights.map(narrow) }
 }
 
 /// The directions at which the values of the nodes are computed, and the factor from there to the node.
@@ -93,12 +92,7 @@ pub fn key(light: u32, viewer: u32) -> u64 {
 fn corners(grid: &HemisphereGrid, key: u64) -> [u64; 9] {
     let triangles = grid.triangles();
     let [light, viewer] = halves(key).map(|triangle| triangles[triangle as usize]);
-    std::array::from_fn(|k| u64::from(node(viewer[k / 3])) << 32 | u64::from(node(light[k % 3])))
-}
-
-/// A node's number: grids have few nodes.
-fn node(place: usize) -> u32 {
-    u32::try_from(place).expect("grids have few nodes")
+    std::array::from_fn(|k| u64::from(index_u32(viewer[k / 3])) << 32 | u64::from(index_u32(light[k % 3])))
 }
 
 /// Light's and viewer's part of a key.
@@ -225,8 +219,7 @@ impl QueryTable {
         let (rings, _) = self.guide.as_ref()?;
         let half = above(wi) + above(wo);
         let (nodes, weights) = lattice_weights(*rings, half.normalize());
-        #[expect(clippy::cast_possible_truncation, reason = "nodes are few; weights are f32 in hot loops")]
-        Some(GuidePlace { nodes: nodes.map(|n| n as u32), weights: weights.map(|w| w as f32) })
+        Some(GuidePlace { nodes: nodes.map(index_u32), weights: weights.map(narrow) })
     }
 
     /// The number that stands in a cell between its corners: what a picture multiplies with irradiance over `cos(theta_o)`.

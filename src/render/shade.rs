@@ -8,6 +8,7 @@ use super::gather::View;
 use super::query_table::{GridPlace, GuidePlace, QueryTable, key, locate};
 use super::scene::Light;
 use crate::direction::MIN_COSINE;
+use crate::numerics::cast::narrow;
 use crate::table::HemisphereGrid;
 use glam::Vec4;
 use rayon::prelude::*;
@@ -110,8 +111,7 @@ impl Frame {
                             guides.push(table.guide_place(lit.wi, point.wo));
                         }
                     }
-                    #[expect(clippy::cast_possible_truncation, reason = "the smallest cosine is far from the smallest f32")]
-                    let factor = point.weight / point.wo.z.max(MIN_COSINE as f32);
+                    let factor = point.weight / point.wo.z.max(narrow(MIN_COSINE));
                     let (pixel, material, end) = (point.pixel, point.material, point.end);
                     spots.push(Spot { pixel, material, end, weights: viewer.weights, factor });
                 }

@@ -4,6 +4,8 @@
 //! `sum (v - t)² = sum e² - 2 sum e noise + sum noise²`: its mean is `sum e² + sum s²`, so `s²` is taken off. What is left scatters about
 //! `sum e²` by the other two terms. Within a pair the channels share their rays: their noise counts as one.
 
+use crate::numerics::statistics::quantile;
+
 /// The truth at some pairs, and its standard errors: `fbar`, RGB.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Truth {
@@ -75,19 +77,9 @@ pub fn deviation(values: &[[f64; 3]], truth: &Truth) -> Deviation {
         error: (excess.max(0.0) / scale).sqrt(),
         at_most: ((excess.max(0.0) + 2.0 * variance.sqrt()) / scale).sqrt(),
         psnr: if rms > 0.0 { 20.0 * (peak / rms).log10() } else { f64::INFINITY },
-        p95: quantile(counted.iter().map(|(d, t)| d.abs() / t).collect(), 0.95),
+        p95: quantile(counted.iter().map(|(d, t)| d.abs() / t).collect(), 0.95).unwrap_or(0.0),
         bias: if total > 0.0 { counted.iter().map(|c| c.0).sum::<f64>() / total } else { 0.0 },
     }
-}
-
-/// The quantile, linear between the two nearest; 0 of nothing.
-fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let Some(last) = values.len().checked_sub(1) else { return 0.0 };
-    let at = share * last as f64;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the list")]
-    let below = at as usize;
-    values[below] + (at - below as f64) * (values[(below + 1).min(last)] - values[below])
 }
 
 #[cfg(test)]
@@ -132,11 +124,5 @@ mod tests {
         assert!((d.error - 0.5).abs() < 1e-12 && d.p95 == 0.0 && d.bias == 0.0, "{d:?}");
         let nothing = deviation(&[], &Truth::default());
         assert_eq!((nothing.error, nothing.psnr), (0.0, f64::INFINITY));
-    }
-
-    #[test]
-    fn a_quantile_lies_between_its_neighbours() {
-        assert_eq!(quantile(vec![3.0, 1.0, 2.0], 0.75), 2.5);
-        assert_eq!(quantile(vec![], 0.5), 0.0);
     }
 }

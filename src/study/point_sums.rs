@@ -9,8 +9,10 @@ use crate::error::Result;
 use crate::facets::{self, Density, Facets, NO_TRIANGLE, SETS, Surface};
 use crate::filter::{Control, Effective, FacetSums, Query, QueryEntry, Summary, Value, Views, lobes, visible_area};
 use crate::material::{SmallScale, Tint};
-use crate::numerics::low_discrepancy::{fraction, hash, sobol_2d};
+use crate::numerics::cast::halves;
+use crate::numerics::low_discrepancy::{fraction, sobol_2d};
 use crate::numerics::random::hash_64;
+use crate::numerics::seed::fold;
 use crate::visibility::{Bits, Occlusion, PeriodicBvh, raster};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -42,11 +44,9 @@ impl Placement {
     /// `count` points of the unit square.
     fn points(self, count: u32, seed: u64) -> Vec<[f64; 2]> {
         let stream = hash_64(seed);
-        #[expect(clippy::cast_possible_truncation, reason = "both halves of the seed are used, and each half of the word is one number")]
-        let (scramble, random) = (hash(hash(seed as u32) ^ (seed >> 32) as u32), |k: u32| {
-            let word = hash_64(stream ^ u64::from(k));
-            [fraction((word >> 32) as u32), fraction(word as u32)]
-        });
+        // Each half of the word is one number.
+        let random = |k: u32| halves(hash_64(stream ^ u64::from(k))).map(fraction);
+        let scramble = fold(seed);
         (0..count)
             .map(|k| match self {
                 Self::Random => random(k),

@@ -1,8 +1,10 @@
 //! What every method is asked: lists of pairs of directions, made from a seed.
 
 use crate::direction::Pair;
-use crate::numerics::low_discrepancy::{fraction, hash, sobol_2d};
+use crate::numerics::cast::halves;
+use crate::numerics::low_discrepancy::{fraction, sobol_2d};
 use crate::numerics::random::hash_64;
+use crate::numerics::seed::fold;
 use glam::DVec3;
 use std::f64::consts::TAU;
 
@@ -49,8 +51,9 @@ pub fn list(count: usize, seed: u64) -> Question {
     let mut bits = (0_u64..).map(|k| hash_64(hash_64(seed) ^ k));
     let mut direction = || {
         let word = bits.next().expect("an endless stream");
-        #[expect(clippy::cast_possible_truncation, reason = "each half is one number")]
-        on_disc(fraction((word >> 32) as u32), fraction(word as u32))
+        // Each half is one number.
+        let [first, second] = halves(word).map(fraction);
+        on_disc(first, second)
     };
     let mut pairs: Vec<Pair> = (0..count).map(|_| Pair { wi: direction(), wo: direction() }).collect();
     let in_plane = |deg: f64| DVec3::new(deg.to_radians().sin(), 0.0, deg.to_radians().cos());
@@ -61,8 +64,7 @@ pub fn list(count: usize, seed: u64) -> Question {
 
 /// All pairs of `count` directions that cover the hemisphere evenly in projected solid angle; `judged` of them, drawn at random, come first.
 pub fn table(count: usize, judged: usize, seed: u64) -> Question {
-    #[expect(clippy::cast_possible_truncation, reason = "both halves of the seed are used")]
-    let scramble = hash(hash(seed as u32) ^ (seed >> 32) as u32);
+    let scramble = fold(seed);
     let directions: Vec<DVec3> = (0_u32..)
         .take(count)
         .map(|k| {

@@ -10,6 +10,7 @@
 
 use crate::error::BadInput;
 use crate::image_file::MAX_PIXELS;
+use crate::numerics::cast::narrow;
 
 const MAGIC: &[u8] = b"Binary TrueMap Data File v2.0\r\n\0";
 /// Bytes between the comment and the heights.
@@ -75,9 +76,9 @@ pub fn write(map: &HeightMap) -> Vec<u8> {
     for count in [map.columns, map.rows] {
         bytes.extend(u32::try_from(count).expect("a map has at most MAX_PIXELS nodes").to_le_bytes());
     }
-    #[expect(clippy::cast_possible_truncation, reason = "the format stores f32")]
+    // The format stores f32.
     for value in [map.size[0], map.size[1], 0.0, 0.0].iter().chain(&map.heights) {
-        bytes.extend((*value as f32).to_le_bytes());
+        bytes.extend(narrow(*value).to_le_bytes());
     }
     bytes
 }

@@ -3,6 +3,7 @@
 
 use super::soup::{NAMELESS, Soup, finite};
 use crate::error::BadInput;
+use crate::numerics::cast::truncate_u32;
 use glam::{DVec2, DVec3};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,8 +109,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Soup, BadInput> {
 
 /// A value that is a whole number from 0 to 2^32 - 1.
 fn whole(value: f64) -> Option<u32> {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "whole and in range, checked beside it")]
-    (value >= 0.0 && value <= f64::from(u32::MAX) && value.fract() == 0.0).then_some(value as u32)
+    (value >= 0.0 && value <= f64::from(u32::MAX) && value.fract() == 0.0).then_some(truncate_u32(value))
 }
 
 /// Encoding, elements, byte where the data begin, and lines of the header.
