@@ -1,13 +1,13 @@
 //! From photographs to a bi-scale material (Wu, Dorsey and Rushmeier 2011, section 5 and Fig. 10, by a program).
 //!
 //! ```text
-//! fit file ─> spec ─> photograph ─> cells ──────────────────┐
+//! fit file ─> spec ─> photograph ─> bins ──────────────────┐
 //!                  └> parameters ─> material ─> model ──────┴─> objective <─> search ─> identify, profile
 //!                                   close_up ───────────────────┘                  └─> validate
 //! ```
 //!
 //! A photograph of a homogeneous object is a table of the effective BRDF at the pairs of directions that its pixels show. Pixels with
-//! nearly the same directions are one [`cells::Cell`]. For a guess of the parameters the model computes the effective BRDF at the cells only,
+//! nearly the same directions are one [`bins::DirectionBin`]. For a guess of the parameters the model computes the effective BRDF at the bins only,
 //! in shares of the unknown colours; these enter linearly and are solved for, so that the search moves geometry, roughness and light alone.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic"))]

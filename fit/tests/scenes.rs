@@ -207,7 +207,7 @@ fn close_ups_of_all_scenes_tell_their_surfaces_apart() {
         let set = set_under(folder.path(), &material(&scene.truth), scene.repeats, scene.lights, (&scene.faults, scene.bounces), 16);
         let spec = written(&scene, folder.path(), &set.tables);
         let found = with_control(|control| biscale_fit::run::survey(&spec, control)).unwrap().close_up.unwrap();
-        assert_eq!(found.kinds.len(), spec.material.surfaces.len(), "{}: {:?}", scene.name, found.notes);
+        assert_eq!(found.clusters.len(), spec.material.surfaces.len(), "{}: {:?}", scene.name, found.notes);
         let blur = found.blur.unwrap().pixels;
         assert!((blur - scene.faults.blur).abs() < 0.25, "{}: blur {blur} for {}", scene.name, scene.faults.blur);
         // What lies deep is farther away than the plane that the camera is said to look at: its period looks smaller.

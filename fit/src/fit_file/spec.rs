@@ -44,7 +44,7 @@ pub struct Spec {
     /// Photographs by role, in the order of the file.
     pub photographs: Vec<Photograph>,
     /// Whether a constant light over the whole picture may be found.
-    pub veil: bool,
+    pub stray_light: bool,
     /// Reflections after the first that the photographs show.
     pub bounces: u32,
     /// Whether the material's lengths are scaled so that its period is that of the close-up.
@@ -156,7 +156,7 @@ impl Spec {
         let material = values.material()?;
         let mut text = MaterialText::new(&material_source)?;
         material.build()?;
-        let veil = top.bool("veil")?.unwrap_or(true);
+        let stray_light = top.bool("veil")?.unwrap_or(true);
         let bounces = top.integer("bounces", 0, 64)?.unwrap_or(0);
         let scale_to_close_up = top.bool("scale_to_close_up")?.unwrap_or(false);
         let sigma = top.f64("light_sigma_deg", range(0.0, 30.0))?;
@@ -170,7 +170,7 @@ impl Spec {
             let folder = source.folder().join(folder);
             photographs = capture::photographs(&folder, sigma, &mut notes)?;
         }
-        let shared = Shared { camera: top.table("camera")?, object: top.table("object")?, sigma };
+        let shared = SharedTables { camera: top.table("camera")?, object: top.table("object")?, sigma };
         for table in top.tables("photograph")? {
             photographs.push(shared.photograph(table)?);
         }
@@ -190,7 +190,7 @@ impl Spec {
             parameters,
             colours,
             photographs,
-            veil,
+            stray_light,
             bounces,
             scale_to_close_up,
             sides,
@@ -249,13 +249,13 @@ fn sides(top: &TableReader<'_>, material: &Material, parameters: &[Parameter]) -
 }
 
 /// What the photographs of a file have in common.
-struct Shared<'a> {
+struct SharedTables<'a> {
     camera: Option<TableReader<'a>>,
     object: Option<TableReader<'a>>,
     sigma: Option<f64>,
 }
 
-impl<'a> Shared<'a> {
+impl<'a> SharedTables<'a> {
     fn photograph(&self, table: TableReader<'a>) -> Result<Photograph> {
         const ROLES: [(&str, Role); 3] = [("distant", Role::Distant), ("close-up", Role::CloseUp), ("validation", Role::Validation)];
         let file = table.path("image")?.ok_or_else(|| table.missing("image", "\"photograph.exr\""))?;

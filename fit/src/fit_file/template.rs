@@ -14,10 +14,19 @@ use std::path::Path;
 /// A commented fit file with every key, for photographs whose camera, light and shape are given by hand.
 pub const BY_HAND: &str = include_str!("fit_template.toml");
 
-/// Factors by which a number may differ from its guess.
+/// Factors by which a number may differ from its guess. Chosen, not measured.
 const AROUND: [f64; 2] = [0.5, 2.0];
-/// The same of lengths that the close-up tells.
+/// The same of lengths that the close-up tells. Chosen, not measured.
 const NEAR: [f64; 2] = [0.6, 1.6];
+
+/// Degrees by which an angle may differ from its guess. Chosen, not measured.
+const AROUND_DEG: f64 = 20.0;
+/// Bounds of a roughness. Chosen, not measured: below, a highlight is narrower than a direction bin; above, it is no highlight.
+const ALPHAS: [f64; 2] = [0.05, 0.8];
+/// Bounds of an exponent, about those of [`ALPHAS`] (`alpha² = 2 / (e + 2)`). Chosen, not measured.
+const EXPONENTS: [f64; 2] = [2.0, 2000.0];
+/// Widest thread, over the distance of threads: gaps do not close all the way.
+const WIDEST_THREAD: f64 = 0.995;
 
 /// A fit file for a folder that `biscale capture` wrote: its guess is the start, and all that it does not fix may move. `relative` is how
 /// the fit file will name the folder.
@@ -55,15 +64,15 @@ pub fn for_capture(folder: &Path, relative: &str) -> Result<String> {
     }
     // One roughness for all parts of a model, unless their guesses differ.
     let rough = |brdf: &Brdf| match brdf {
-        Brdf::BlinnPhong { .. } => Some(("exponent", [2.0, 2000.0])),
-        Brdf::CookTorrance { .. } | Brdf::Ward { .. } => Some(("alpha", [0.05, 0.8])),
+        Brdf::BlinnPhong { .. } => Some(("exponent", EXPONENTS)),
+        Brdf::CookTorrance { .. } | Brdf::Ward { .. } => Some(("alpha", ALPHAS)),
         Brdf::Lambert { .. } | Brdf::Measured(_) => None,
     };
     for key in ["exponent", "alpha"] {
         let parts: Vec<&str> =
             material.surfaces.iter().filter(|s| rough(&s.brdf).is_some_and(|(k, _)| k == key)).map(|s| &*s.part).collect();
         let Some((first, others)) = parts.split_first() else { continue };
-        let bounds = if key == "alpha" { [0.05, 0.8] } else { [2.0, 2000.0] };
+        let bounds = if key == "alpha" { ALPHAS } else { EXPONENTS };
         let place = values.place(&format!("surface.{first}.brdf.{key}")).map_err(|b| b.in_file(&source.path))?;
         let own = written.number(place).unwrap_or(bounds[0]);
         let (low, high) = (bounds[0].min(own), bounds[1].max(own));
@@ -101,7 +110,7 @@ fn moves(geometry: &Geometry, written: &mut MaterialText) -> Vec<Move> {
         for (width, gap) in [("warp_width", "warp_gap"), ("weft_width", "weft_gap")] {
             if let (Some(w), Some(g)) = (number(width), number(gap)) {
                 let sum = w + g;
-                found.push((width, [(NEAR[0] * w).min(0.5 * sum), (NEAR[1] * w).min(0.995 * sum).max(w)], Some((gap, sum))));
+                found.push((width, [(NEAR[0] * w).min(0.5 * sum), (NEAR[1] * w).min(WIDEST_THREAD * sum).max(w)], Some((gap, sum))));
             }
         }
     }
@@ -114,7 +123,7 @@ fn moves(geometry: &Geometry, written: &mut MaterialText) -> Vec<Move> {
         let Some(Value::Number { unit, range: Range { min, max }, .. }) = declared(param.key) else { continue };
         let Some(own) = number(param.key).filter(|v| *v != 0.0) else { continue };
         let bounds = match unit {
-            Unit::Degrees => [own - 20.0, own + 20.0],
+            Unit::Degrees => [own - AROUND_DEG, own + AROUND_DEG],
             Unit::Length | Unit::One => [AROUND[0] * own, AROUND[1] * own],
         };
         found.push((param.key, [bounds[0].max(min), bounds[1].min(max)], None));

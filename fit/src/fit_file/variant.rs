@@ -1,4 +1,4 @@
-//! What differs between searches beside numbers that move smoothly: which surface each kind of the close-up is, and how many flat sides threads have.
+//! What differs between searches beside numbers that move smoothly: which surface each cluster of the close-up is, and how many flat sides threads have.
 //!
 //! Real threads are round; those of a computed photograph may have few sides, and what a flat side sends into one direction differs from what
 //! a round one does by several per cent. Neither is a matter of bounds: starts are dealt out to all variants, and the photographs choose.
@@ -16,8 +16,8 @@ const ALIKE: f64 = 1.4;
 /// One way to read the photographs.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Variant {
-    /// Which surface each kind of the close-up is.
-    pub kinds: Vec<usize>,
+    /// Which surface each cluster of the close-up is.
+    pub clusters: Vec<usize>,
     /// Sides of a thread's section; `None` for those of the start material.
     pub sides: Option<u32>,
 }
@@ -64,7 +64,7 @@ impl Variants {
     pub fn new(sides: &[u32], own: Option<u32>, likely: &[Vec<usize>], rest: &[Vec<usize>]) -> Self {
         let sides: Vec<Option<u32>> =
             if sides.is_empty() { vec![None] } else { sides.iter().map(|&s| Some(s).filter(|_| own != Some(s))).collect() };
-        let one = |kinds: &Vec<usize>| sides.iter().map(|&sides| Variant { kinds: kinds.clone(), sides }).collect::<Vec<_>>();
+        let one = |clusters: &Vec<usize>| sides.iter().map(|&sides| Variant { clusters: clusters.clone(), sides }).collect::<Vec<_>>();
         Self { all: likely.iter().chain(rest).flat_map(one).collect(), likely: likely.len() * sides.len() }
     }
 }

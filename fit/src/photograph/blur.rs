@@ -5,18 +5,9 @@
 //! gaps, and in slopes, where their sides turn away; the sharpest of the strong edges are steps.
 
 use crate::photograph::image::Photograph;
+use crate::photograph::params::PARAMS;
+use biscale::numerics::cast::truncate_usize;
 use glam::DVec3;
-
-/// Standard deviation of the second blur, pixels.
-const AGAIN: f64 = 1.0;
-/// Share of the edges that are as strong as the ones that count, and the share of their strength down to which others count as well: noise has
-/// edges everywhere, and they are sharp.
-const STRONGEST: f64 = 0.02;
-const STRONG: f64 = 0.5;
-/// Place of the answer among them, by sharpness.
-const SHARPEST: f64 = 0.55;
-/// Fewest edges that tell anything.
-const LEAST: usize = 50;
 
 /// Standard deviation of the blur of a photograph whose pixels `seen` show the object, beside the extent of its pixels; `None` where there are too
 /// few edges.
@@ -46,16 +37,15 @@ pub fn of_edges(photograph: &Photograph, seen: &[(u32, DVec3)]) -> Option<f64> {
         }
     }
     edges.sort_by(|a, b| b.0.total_cmp(&a.0));
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the list")]
-    let share = |share: f64, of: usize| (share * of as f64) as usize;
-    let strong = STRONG * edges.get(share(STRONGEST, edges.len()))?.0;
+    let share = |share: f64, of: usize| truncate_usize(share * of as f64);
+    let strong = PARAMS.strong_edge * edges.get(share(PARAMS.strongest_edges, edges.len()))?.0;
     edges.truncate(edges.partition_point(|e| e.0 >= strong));
-    if edges.len() < LEAST {
+    if edges.len() < PARAMS.least_edges {
         return None;
     }
     let mut ratios: Vec<f64> = edges.into_iter().map(|e| e.1).collect();
     ratios.sort_by(f64::total_cmp);
-    let ratio = ratios[share(SHARPEST, ratios.len() - 1)];
+    let ratio = ratios[share(PARAMS.sharpness_rank, ratios.len() - 1)];
     // Sharper than pixels can be is as sharp as they are; softer than the second blur can tell is as soft as that.
     let (mut low, mut high) = (0.0, 8.0);
     if ratio >= expected(low) {
@@ -103,7 +93,7 @@ fn blurred_step_mean(from: f64, sigma: f64) -> f64 {
 }
 
 fn weights() -> Vec<f64> {
-    let weights: Vec<f64> = (0..=3).map(|k| (-0.5 * (f64::from(k) / AGAIN).powi(2)).exp()).collect();
+    let weights: Vec<f64> = (0..=3).map(|k| (-0.5 * (f64::from(k) / PARAMS.second_blur).powi(2)).exp()).collect();
     let total = 2.0 * weights.iter().sum::<f64>() - weights[0];
     weights.into_iter().map(|w| w / total).collect()
 }

@@ -1,7 +1,7 @@
 //! What the close-up says: the period, and for each surface how much of the picture it takes up and how much light it sends.
 //!
 //! From afar a dark thread that is wide looks as a bright one that is narrow: cover times colour is all that shows. The close-up takes them apart.
-//! Its pixels are sorted by colour into as many kinds as the material has surfaces. Of each kind three things are used, and each has its
+//! Its pixels are sorted by colour into as many clusters as the material has surfaces. Of each cluster three things are used, and each has its
 //! counterpart in the small-scale surface seen under the same pair of directions:
 //!
 //! - the *cover*: its share of the picture where it is lit, against the area that both light and viewer see;
@@ -15,33 +15,19 @@ use crate::photograph::blur;
 use crate::photograph::direction_bins::Sight;
 use crate::photograph::image::Photograph;
 use crate::photograph::mean_period::MeanPeriod;
+use crate::photograph::params::PARAMS;
 use crate::photograph::period::{Period, Straight, coordinates};
 use biscale::direction::Pair;
 use biscale::material::SmallScale;
+use biscale::numerics::cast::truncate_usize;
 use glam::DVec3;
 use serde::Serialize;
 
-/// Most surfaces that are told apart by colour.
-const MOST_KINDS: usize = 4;
 /// Pixels darker than this share of the bright ones (the 90th percentile) are in shadow, or show gaps: their colour says little.
 pub const DARK: f64 = 0.08;
-/// Least distance of the kinds' chromaticities.
-const LEAST_DISTANCE: f64 = 0.03;
-/// Least share of the pixels that a kind has: fewer are highlights.
-const LEAST_SHARE: f64 = 0.03;
-/// Pixels between two kinds, at most, over those around the kind that has fewer, as densities along the line between their colours.
-const DEEP: f64 = 0.6;
-/// Width of what is counted, as a share of the distance of the two.
-const VALLEY_WINDOW: f64 = 0.2;
-/// A choice of surfaces for the kinds is taken when the next best is at least this factor worse.
-const CLEARLY: f64 = 1.3;
-/// Shares of a kind's pixels, by brightness, at which its tones begin and end. The darkest ones lie at the
+/// Shares of a cluster's pixels, by brightness, at which its tones begin and end. The darkest ones lie at the
 /// edges of threads and shadows, where a pixel shows something else as well; the brightest ones may be clipped.
 pub const TONES: [f64; 7] = [0.1, 0.3, 0.5, 0.7, 0.9, 0.97, 0.995];
-/// Least pixels of a kind for its tones.
-const LEAST_PIXELS: usize = 200;
-/// Rounds of the sorting.
-const ROUNDS: usize = 30;
 
 /// What was found in a close-up.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -63,18 +49,19 @@ pub struct CloseUp {
     pub irradiance: [f64; 3],
     /// Whether the irradiance is known.
     pub exposure_known: bool,
-    /// Kinds of pixels by colour; one if they cannot be told apart.
-    pub kinds: Vec<Kind>,
-    /// Which surface each kind may be: the choices that the start material does not rule out, the likeliest first.
+    /// Clusters of pixels by colour; one if they cannot be told apart.
+    #[serde(rename = "kinds")]
+    pub clusters: Vec<ColourCluster>,
+    /// Which surface each cluster may be: the choices that the start material does not rule out, the likeliest first.
     pub choices: Vec<Vec<usize>>,
     /// The choices that it does rule out, the likeliest first: for when no other explains the photographs.
     #[serde(skip)]
     pub other_choices: Vec<Vec<usize>>,
     /// What the user should know.
     pub notes: Vec<String>,
-    /// All periods laid on top of each other, if the picture repeats as the model does.
+    /// All periods registered with each other, if the picture repeats as the model does.
     pub mean_period: Option<MeanPeriod>,
-    /// The kind of each pixel of the photograph, 255 for none.
+    /// The cluster of each pixel of the photograph, 255 for none.
     #[serde(skip)]
     pub labels: Vec<u8>,
 }
@@ -96,7 +83,7 @@ pub const BOX: f64 = 0.288_675_134_594_812_9;
 
 /// Pixels of one colour.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Kind {
+pub struct ColourCluster {
     /// Share of the picture, without what is dark.
     pub cover: f64,
     /// Sum of the radiance of its pixels over the number of all pixels.
@@ -143,22 +130,21 @@ impl CloseUp {
         light.sort_by(f64::total_cmp);
         let bright = light[bright_place(light.len())];
         let dark = DARK * bright;
-        let (kinds, labels) = if (2..=MOST_KINDS).contains(&surfaces) { sort(&pixels, surfaces, dark) } else { (1, vec![0; pixels.len()]) };
-        if surfaces > 1 && kinds == 1 {
-            let why = if surfaces > MOST_KINDS { "they are too many" } else { "they have nearly the same colour" };
+        let (clusters, labels) =
+            if (2..=PARAMS.most_clusters).contains(&surfaces) { sort(&pixels, surfaces, dark) } else { (1, vec![0; pixels.len()]) };
+        if surfaces > 1 && clusters == 1 {
+            let why = if surfaces > PARAMS.most_clusters { "they are too many" } else { "they have nearly the same colour" };
             found.notes.push(format!("the surfaces cannot be told apart in the close-up: {why}"));
         }
-        found.kinds = (0..kinds).map(|k| kind(&pixels, &labels, k, dark)).collect();
+        found.clusters = (0..clusters).map(|k| cluster_of(&pixels, &labels, k, dark)).collect();
         (found.choices, found.other_choices) =
-            if kinds == surfaces { choices(&found.kinds, colours) } else { (vec![vec![0; kinds]], Vec::new()) };
+            if clusters == surfaces { choices(&found.clusters, colours) } else { (vec![vec![0; clusters]], Vec::new()) };
         if found.choices.len() > 1 {
             found.notes.push("which surface has which colour is not clear from the start material: several choices are tried".to_owned());
         }
         found.labels = vec![255; image.rgb.len()];
         for (sight, label) in used.iter().zip(&labels) {
-            #[expect(clippy::cast_possible_truncation, reason = "few kinds")]
-            let label = *label as u8;
-            found.labels[sight.pixel as usize] = label;
+            found.labels[sight.pixel as usize] = u8::try_from(*label).expect("few clusters");
         }
         found
     }
@@ -190,9 +176,9 @@ impl CloseUp {
         self.mean_period.is_some() && !self.exposure_known
     }
 
-    /// Whether the kinds are surfaces.
+    /// Whether the clusters are surfaces.
     pub fn tells_surfaces_apart(&self, surfaces: usize) -> bool {
-        !self.kinds.is_empty() && self.kinds.len() == surfaces
+        !self.clusters.is_empty() && self.clusters.len() == surfaces
     }
 }
 
@@ -219,6 +205,9 @@ fn pairs(photograph: &Photograph, used: &[&Sight]) -> Vec<Pair> {
     pairs
 }
 
+/// Step of the places between two colours at which pixels are counted.
+const TWENTIETH: f64 = 0.05;
+
 fn chromaticity(p: [f64; 3]) -> [f64; 3] {
     let sum: f64 = p.iter().sum();
     if sum > 0.0 { p.map(|v| v / sum) } else { [1.0 / 3.0; 3] }
@@ -228,12 +217,12 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Sorts pixels into kinds by chromaticity (Lloyd's iteration from the farthest points); one kind if these are nearly the same.
-fn sort(pixels: &[[f64; 3]], kinds: usize, dark: f64) -> (usize, Vec<usize>) {
+/// Sorts pixels into clusters by chromaticity (Lloyd's iteration from the farthest points); one cluster if these are nearly the same.
+fn sort(pixels: &[[f64; 3]], clusters: usize, dark: f64) -> (usize, Vec<usize>) {
     let chroma: Vec<[f64; 3]> = pixels.iter().map(|&p| chromaticity(p)).collect();
     let bright: Vec<usize> = (0..pixels.len()).filter(|&k| pixels[k].iter().sum::<f64>() > dark).collect();
     let one = (1, vec![0; pixels.len()]);
-    if bright.len() < 8 * kinds {
+    if bright.len() < 8 * clusters {
         return one;
     }
     let mean = |members: &[usize]| -> [f64; 3] {
@@ -241,27 +230,27 @@ fn sort(pixels: &[[f64; 3]], kinds: usize, dark: f64) -> (usize, Vec<usize>) {
     };
     // The first centre is the farthest from the mean of all: highlights, between the colours, are no good start.
     let mut centres: Vec<[f64; 3]> = vec![mean(&bright)];
-    for _ in 0..kinds {
+    for _ in 0..clusters {
         let apart = |k: usize| centres.iter().map(|&c| distance(chroma[k], c)).fold(f64::INFINITY, f64::min);
         let far = bright.iter().copied().max_by(|&a, &b| apart(a).total_cmp(&apart(b)).then(b.cmp(&a)));
         centres.push(chroma[far.expect("there are bright pixels")]);
     }
     centres.remove(0);
-    let Some(centres) = settle(&chroma, &bright, centres, ROUNDS) else { return one };
-    let apart = (0..kinds).flat_map(|a| (0..a).map(move |b| (a, b))).map(|(a, b)| distance(centres[a], centres[b]));
+    let Some(centres) = settle(&chroma, &bright, centres, PARAMS.cluster_rounds) else { return one };
+    let apart = (0..clusters).flat_map(|a| (0..a).map(move |b| (a, b))).map(|(a, b)| distance(centres[a], centres[b]));
     let apart = apart.fold(f64::INFINITY, f64::min);
     let labels: Vec<usize> = chroma.iter().map(|&p| nearest(p, &centres)).collect();
     let own = |k: usize| bright.iter().copied().filter(|&p| labels[p] == k).map(|p| chroma[p]).collect::<Vec<_>>();
-    let members: Vec<Vec<[f64; 3]>> = (0..kinds).map(own).collect();
-    let few = members.iter().any(|m| (m.len() as f64) < LEAST_SHARE * bright.len() as f64);
+    let members: Vec<Vec<[f64; 3]>> = (0..clusters).map(own).collect();
+    let few = members.iter().any(|m| (m.len() as f64) < PARAMS.least_share * bright.len() as f64);
     let run_together = |a: usize, b: usize| !has_valley(&members[a], &members[b], centres[a], centres[b]);
-    if apart < LEAST_DISTANCE || few || (0..kinds).any(|a| (0..a).any(|b| run_together(a, b))) {
+    if apart < PARAMS.least_distance || few || (0..clusters).any(|a| (0..a).any(|b| run_together(a, b))) {
         return one;
     }
-    (kinds, labels)
+    (clusters, labels)
 }
 
-/// Whether two kinds are two: between their colours there are fewer pixels than around either. A broad spread of colours that is cut in two has as many
+/// Whether two clusters are two: between their colours there are fewer pixels than around either. A broad spread of colours that is cut in two has as many
 /// there, one colour with more or less of a highlight on it has more than beyond.
 fn has_valley(a: &[[f64; 3]], b: &[[f64; 3]], from: [f64; 3], to: [f64; 3]) -> bool {
     let length = distance(from, to).powi(2);
@@ -270,20 +259,21 @@ fn has_valley(a: &[[f64; 3]], b: &[[f64; 3]], from: [f64; 3], to: [f64; 3]) -> b
     places.sort_by(f64::total_cmp);
     let within = |middle: f64| {
         let below = |t: f64| places.partition_point(|&p| p < t);
-        below(middle + 0.5 * VALLEY_WINDOW) - below(middle - 0.5 * VALLEY_WINDOW)
+        below(middle + 0.5 * PARAMS.valley_window) - below(middle - 0.5 * PARAMS.valley_window)
     };
-    let steps = |from: i32, to: i32| (from..=to).map(|k| within(0.05 * f64::from(k)));
+    let steps = |from: i32, to: i32| (from..=to).map(|k| within(f64::from(k) * TWENTIETH));
     // Peaks may stand inside or outside of the means, which highlights draw together.
-    let (first, second) = (steps(-10, 7).max().unwrap_or(0), steps(13, 30).max().unwrap_or(0));
-    let valley = steps(7, 13).min().unwrap_or(0);
-    (valley as f64) < DEEP * first.min(second) as f64
+    let ([from, to], [before, beyond]) = (PARAMS.valley_range, PARAMS.peak_range);
+    let (first, second) = (steps(before, from).max().unwrap_or(0), steps(to, beyond).max().unwrap_or(0));
+    let valley = steps(from, to).min().unwrap_or(0);
+    (valley as f64) < PARAMS.valley_depth * first.min(second) as f64
 }
 
 fn nearest(p: [f64; 3], centres: &[[f64; 3]]) -> usize {
-    (0..centres.len()).min_by(|&a, &b| distance(p, centres[a]).total_cmp(&distance(p, centres[b]))).expect("there are kinds")
+    (0..centres.len()).min_by(|&a, &b| distance(p, centres[a]).total_cmp(&distance(p, centres[b]))).expect("there are clusters")
 }
 
-/// Lloyd's iteration over the members of a list; `None` if a kind has none.
+/// Lloyd's iteration over the members of a list; `None` if a cluster has none.
 fn settle(chroma: &[[f64; 3]], bright: &[usize], mut centres: Vec<[f64; 3]>, rounds: usize) -> Option<Vec<[f64; 3]>> {
     for _ in 0..rounds {
         let mut sums = vec![([0.0; 3], 0.0); centres.len()];
@@ -304,11 +294,11 @@ fn settle(chroma: &[[f64; 3]], bright: &[usize], mut centres: Vec<[f64; 3]>, rou
     Some(centres)
 }
 
-/// Sorts pixels by chromaticity from the kinds `labels` on, as the pixels of the photograph were; `None` if a kind has no pixels.
-pub fn sort_from(pixels: &[[f64; 3]], labels: &[usize], kinds: usize, dark: f64, rounds: usize) -> Option<Vec<usize>> {
+/// Sorts pixels by chromaticity from the clusters `labels` on, as the pixels of the photograph were; `None` if a cluster has no pixels.
+pub fn sort_from(pixels: &[[f64; 3]], labels: &[usize], clusters: usize, dark: f64, rounds: usize) -> Option<Vec<usize>> {
     let chroma: Vec<[f64; 3]> = pixels.iter().map(|&p| chromaticity(p)).collect();
     let bright: Vec<usize> = (0..pixels.len()).filter(|&k| pixels[k].iter().sum::<f64>() > dark).collect();
-    let mut sums = vec![([0.0; 3], 0.0); kinds];
+    let mut sums = vec![([0.0; 3], 0.0); clusters];
     for &k in &bright {
         let (sum, count) = &mut sums[labels[k]];
         (0..3).for_each(|c| sum[c] += chroma[k][c]);
@@ -322,18 +312,17 @@ pub fn sort_from(pixels: &[[f64; 3]], labels: &[usize], kinds: usize, dark: f64,
 }
 
 /// Place of the 90th percentile in a sorted list: what is dark is so against that.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the list")]
 pub fn bright_place(count: usize) -> usize {
-    (0.9 * (count - 1) as f64).round() as usize
+    truncate_usize((PARAMS.bright_rank * (count - 1) as f64).round())
 }
 
-fn kind(pixels: &[[f64; 3]], labels: &[usize], kind: usize, dark: f64) -> Kind {
+fn cluster_of(pixels: &[[f64; 3]], labels: &[usize], cluster: usize, dark: f64) -> ColourCluster {
     let n = pixels.len() as f64;
-    let own = || pixels.iter().zip(labels).filter(|(_, l)| **l == kind).map(|(p, _)| *p);
+    let own = || pixels.iter().zip(labels).filter(|(_, l)| **l == cluster).map(|(p, _)| *p);
     let mut lit: Vec<[f64; 3]> = own().filter(|p| p.iter().sum::<f64>() > dark).collect();
     lit.sort_by(|a, b| a.iter().sum::<f64>().total_cmp(&b.iter().sum::<f64>()));
-    let tones = if lit.len() < LEAST_PIXELS { Vec::new() } else { tones(lit.iter().map(|&p| (1.0, p))) };
-    Kind {
+    let tones = if lit.len() < PARAMS.least_tone_pixels { Vec::new() } else { tones(lit.iter().map(|&p| (1.0, p))) };
+    ColourCluster {
         cover: lit.len() as f64 / n,
         light: std::array::from_fn(|c| own().map(|p| p[c]).sum::<f64>() / n),
         colour: std::array::from_fn(|c| lit.iter().map(|p| p[c]).sum::<f64>() / (lit.len() as f64).max(1.0)),
@@ -359,20 +348,20 @@ pub fn tones(sorted: impl Iterator<Item = (f64, [f64; 3])> + Clone) -> Vec<[f64;
     sums.into_iter().map(|(sum, part)| sum.map(|v| if part > 0.0 { v / part } else { 0.0 })).collect()
 }
 
-/// Which surface each kind may be, by the chromaticities that the start material has: what these allow, and all others.
-fn choices(kinds: &[Kind], colours: &[[f64; 3]]) -> (Vec<Vec<usize>>, Vec<Vec<usize>>) {
-    let n = kinds.len();
+/// Which surface each cluster may be, by the chromaticities that the start material has: what these allow, and all others.
+fn choices(clusters: &[ColourCluster], colours: &[[f64; 3]]) -> (Vec<Vec<usize>>, Vec<Vec<usize>>) {
+    let n = clusters.len();
     let mut all: Vec<(f64, Vec<usize>)> = permutations(n)
         .into_iter()
         .map(|choice| {
             let cost =
-                (0..n).map(|k| distance(chromaticity(kinds[k].colour), chromaticity(colours[choice[k]])).powi(2)).sum::<f64>().sqrt();
+                (0..n).map(|k| distance(chromaticity(clusters[k].colour), chromaticity(colours[choice[k]])).powi(2)).sum::<f64>().sqrt();
             (cost, choice)
         })
         .collect();
     all.sort_by(|a, b| a.0.total_cmp(&b.0).then_with(|| a.1.cmp(&b.1)));
     let best = all[0].0;
-    let likely = all.partition_point(|(cost, _)| *cost <= CLEARLY * best + 1e-9);
+    let likely = all.partition_point(|(cost, _)| *cost <= PARAMS.clear_choice * best + 1e-9);
     let mut choices: Vec<Vec<usize>> = all.into_iter().map(|(_, choice)| choice).collect();
     let rest = choices.split_off(likely);
     (choices, rest)
@@ -419,10 +408,10 @@ mod tests {
             pixels.push(colour.map(|c: f64| c * shade + gloss));
         }
         pixels.extend([[0.0; 3]; 50]);
-        let (kinds, labels) = sort(&pixels, 2, 0.05);
-        assert_eq!(kinds, 2);
+        let (clusters, labels) = sort(&pixels, 2, 0.05);
+        assert_eq!(clusters, 2);
         assert!((0..300).all(|k| labels[k] == labels[0]) && (300..400).all(|k| labels[k] != labels[0]));
-        let red = kind(&pixels, &labels, labels[0], 0.05);
+        let red = cluster_of(&pixels, &labels, labels[0], 0.05);
         assert!((red.cover - 300.0 / 450.0).abs() < 1e-12, "{red:?}");
     }
 
@@ -452,10 +441,10 @@ mod tests {
     }
 
     #[test]
-    fn kinds_go_to_the_surfaces_of_their_colour_and_to_any_where_these_are_alike() {
-        let kind = |colour| Kind { cover: 0.5, light: [0.0; 3], colour, tones: Vec::new() };
-        let kinds = [kind([0.5, 0.1, 0.1]), kind([0.1, 0.1, 0.5])];
-        assert_eq!(choices(&kinds, &[[0.2, 0.2, 0.6], [0.6, 0.2, 0.2]]), (vec![vec![1, 0]], vec![vec![0, 1]]));
-        assert_eq!(choices(&kinds, &[[0.4; 3], [0.4; 3]]).0.len(), 2);
+    fn clusters_go_to_the_surfaces_of_their_colour_and_to_any_where_these_are_alike() {
+        let cluster = |colour| ColourCluster { cover: 0.5, light: [0.0; 3], colour, tones: Vec::new() };
+        let clusters = [cluster([0.5, 0.1, 0.1]), cluster([0.1, 0.1, 0.5])];
+        assert_eq!(choices(&clusters, &[[0.2, 0.2, 0.6], [0.6, 0.2, 0.2]]), (vec![vec![1, 0]], vec![vec![0, 1]]));
+        assert_eq!(choices(&clusters, &[[0.4; 3], [0.4; 3]]).0.len(), 2);
     }
 }

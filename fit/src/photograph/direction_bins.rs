@@ -1,13 +1,15 @@
 //! A photograph as a table: the radiance of all pixels that show nearly the same pair of directions, averaged.
 //!
-//! A homogeneous object looks alike wherever light and viewer stand alike. So pixels are sorted into cells of [`Cells::step`] in the directions
+//! A homogeneous object looks alike wherever light and viewer stand alike. So pixels are sorted into bins of [`DirectionBins::step`] in the directions
 //! to light and viewer, in the frame of the tile: the photograph is blurred along the surface, never across directions that differ, and the
-//! effective BRDF is needed for one pair a cell. Coarse and fine tables of the same photograph make the pyramid of a search.
+//! effective BRDF is needed for one pair a bin. Coarse and fine tables of the same photograph make the pyramid of a search.
 
 use crate::photograph::image::{Photograph, Pinhole};
+use crate::photograph::params::PARAMS;
 use biscale::direction::Pair;
 use biscale::error::{BadInput, Result};
 use biscale::material::{Material, SmallScale};
+use biscale::numerics::cast::truncate_i32;
 use biscale::render::{Camera, Light, Scene, SceneMaterial, SurfacePoint, World};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -19,24 +21,15 @@ pub const LEAST_COSINES: [f64; 2] = [0.25, 0.2];
 /// Standard deviation of the model, as a share of the radiance: what a flat tile, one BRDF a part and direct light leave out.
 pub const RELATIVE_NOISE: f64 = 0.02;
 /// Directions that differ by less share what the model leaves out, radians: threads that are no ellipses, a BRDF that is not quite the
-/// right one, are wrong over a lobe and not over a cell.
+/// right one, are wrong over a lobe and not over a bin.
 pub const CORRELATED: f64 = 0.26;
 /// Directions over which errors are averaged, radians: about nine columns of a cylinder 84 pixels wide, as where pictures of this program are
 /// compared with photographs of single threads (`docs/scenes.md`).
 pub const WINDOW: f64 = 0.11;
-/// Cosine to the light up to which a place is unlit wherever the light may stand: it is not known to a degree or two.
-const UNLIT: f64 = -0.1;
-/// Unlit pixels that tell how much light a photograph has that the model has not.
-const ENOUGH_UNLIT: usize = 25;
-/// Degrees by which the light is moved to find how a pixel's direction to it changes.
-const NUDGE_DEG: f64 = 0.05;
-/// Steps in direction that are tried, from the finest, radians.
-const FINEST: f64 = 0.012;
-const WIDER: f64 = 1.15;
 
 /// Pixels of nearly the same directions.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Cell {
+pub struct DirectionBin {
     /// Mean direction to the light and to the viewer, tile's frame.
     pub wi: DVec3,
     /// To the viewer.
@@ -53,16 +46,16 @@ pub struct Cell {
     pub mean: [f64; 3],
     /// Standard deviation of the mean: of the pixels' scatter, and [`RELATIVE_NOISE`] of the mean.
     pub sigma: [f64; 3],
-    /// What its residuals count: one over the number of cells within [`CORRELATED`], whose model errors are nearly the same.
+    /// What its residuals count: one over the number of bins within [`CORRELATED`], whose model errors are nearly the same.
     pub weight: f64,
 }
 
-/// The cells of one photograph.
+/// The bins of one photograph.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Cells {
-    /// The cells, in a fixed order.
-    pub cells: Vec<Cell>,
-    /// Size of a cell in each of the four coordinates of a pair of directions, radians.
+pub struct DirectionBins {
+    /// The bins, in a fixed order.
+    pub bins: Vec<DirectionBin>,
+    /// Size of a bin in each of the four coordinates of a pair of directions, radians.
     pub step: f64,
     /// Mean radiance of all pixels that are used.
     pub mean: [f64; 3],
@@ -70,7 +63,7 @@ pub struct Cells {
     pub unlit: Option<[f64; 3]>,
     /// Pixels that are used.
     pub pixels: usize,
-    /// The pixels of each cell, by their place in the picture.
+    /// The pixels of each bin, by their place in the picture.
     pub members: Vec<Vec<u32>>,
 }
 
@@ -148,7 +141,7 @@ pub fn look(world: &World<'_>, photograph: &Photograph, x: f64, y: f64) -> Optio
 pub fn sights(world: &World<'_>, photograph: &Photograph) -> Vec<Sight> {
     let (width, height) = (photograph.image.width, photograph.image.height);
     let centre = photograph.object.middle();
-    let nudged = [[NUDGE_DEG, 0.0], [0.0, NUDGE_DEG]].map(|turn| turned(&photograph.light, turn, centre));
+    let nudged = [[PARAMS.nudge_deg, 0.0], [0.0, PARAMS.nudge_deg]].map(|turn| turned(&photograph.light, turn, centre));
     let row = |y: u32| {
         let mut found = Vec::new();
         for x in 0..width {
@@ -162,7 +155,7 @@ pub fn sights(world: &World<'_>, photograph: &Photograph) -> Vec<Sight> {
             let (to_light, distance, irradiance) = light_at(&photograph.light, place.position);
             let wi = to_tile * to_light;
             let wo = to_tile * -photograph.camera.direction(fx + 0.5, fy + 0.5);
-            let turn = nudged.map(|light| (to_tile * light_at(&light, place.position).0 - wi) / NUDGE_DEG);
+            let turn = nudged.map(|light| (to_tile * light_at(&light, place.position).0 - wi) / PARAMS.nudge_deg);
             let lit = wi.z > 0.0 && world.transmittance(&place, to_light, distance) > 0.0;
             found.push(Sight { pixel: y * width + x, position: place.position, wi, wo, turn, irradiance, lit });
         }
@@ -176,8 +169,8 @@ fn flat(w: DVec3) -> DVec2 {
     w.truncate() * (2.0 / (1.0 + w.z.max(0.0))).sqrt()
 }
 
-impl Cells {
-    /// The cells of a photograph: the smallest ones that are at most `most`.
+impl DirectionBins {
+    /// The bins of a photograph: the smallest ones that are at most `most`.
     ///
     /// # Errors
     /// Bad input if no pixel can be used.
@@ -197,13 +190,13 @@ impl Cells {
             let remedy = "check camera, light and shape of this photograph";
             return Err(BadInput::new(format!("no pixel can be used: {why}"), remedy).in_file(&photograph.file).into());
         }
-        let mut step = FINEST;
+        let mut step = PARAMS.finest_step;
         loop {
             let groups = group(&used, step);
             if groups.len() <= most {
                 return Ok(Self { unlit: unlit(photograph, sights), ..Self::of(photograph, &used, &groups, step) });
             }
-            step *= WIDER;
+            step *= PARAMS.wider_step;
         }
     }
 
@@ -215,7 +208,7 @@ impl Cells {
             members.iter().map(|&m| f(used[m as usize])).sum::<DVec3>() / members.len() as f64
         };
         let means: Vec<[f64; 3]> = groups.values().map(|members| std::array::from_fn(|c| mean_of(members, &|s| value(s)[c]))).collect();
-        // What pixels scatter by around the mean of their cell, as variance a + b I.
+        // What pixels scatter by around the mean of their bin, as variance a + b I.
         let noise: Option<[[f64; 2]; 3]> = photograph.noise.map(|[a, b]| std::array::from_fn(|c| [a[c], b[c]]));
         let scatter: [[f64; 2]; 3] = std::array::from_fn(|c| {
             let points: Vec<(f64, f64, f64)> = groups
@@ -233,12 +226,12 @@ impl Cells {
             let given = noise.unwrap_or_default();
             [found[0].max(given[c][0]), found[1].max(given[c][1])]
         });
-        let cell = |(members, &mean): (&Vec<u32>, &[f64; 3])| {
+        let bin = |(members, &mean): (&Vec<u32>, &[f64; 3])| {
             let sigma = std::array::from_fn(|c| {
                 let variance = (scatter[c][0] + scatter[c][1] * mean[c].max(0.0)) / members.len() as f64;
                 (variance + (RELATIVE_NOISE * mean[c]).powi(2)).sqrt().max(1e-9)
             });
-            Cell {
+            DirectionBin {
                 wi: mean_vector(members, &|s| s.wi).normalize(),
                 wo: mean_vector(members, &|s| s.wo).normalize(),
                 turn: std::array::from_fn(|k| mean_vector(members, &|s| s.turn[k])),
@@ -250,17 +243,17 @@ impl Cells {
                 weight: 1.0,
             }
         };
-        let mut cells: Vec<Cell> = groups.values().zip(&means).map(cell).collect();
-        let near = |a: &Cell, b: &Cell| a.wi.distance(b.wi) < CORRELATED && a.wo.distance(b.wo) < CORRELATED;
-        let weights: Vec<f64> = cells.iter().map(|a| 1.0 / cells.iter().filter(|b| near(a, b)).count() as f64).collect();
-        cells.iter_mut().zip(weights).for_each(|(cell, weight)| cell.weight = weight);
+        let mut bins: Vec<DirectionBin> = groups.values().zip(&means).map(bin).collect();
+        let near = |a: &DirectionBin, b: &DirectionBin| a.wi.distance(b.wi) < CORRELATED && a.wo.distance(b.wo) < CORRELATED;
+        let weights: Vec<f64> = bins.iter().map(|a| 1.0 / bins.iter().filter(|b| near(a, b)).count() as f64).collect();
+        bins.iter_mut().zip(weights).for_each(|(bin, weight)| bin.weight = weight);
         let mean = std::array::from_fn(|c| used.iter().map(|s| value(s)[c]).sum::<f64>() / used.len() as f64);
         let members = groups.values().map(|m| m.iter().map(|&k| used[k as usize].pixel).collect()).collect();
-        Self { cells, step, mean, unlit: None, pixels: used.len(), members }
+        Self { bins, step, mean, unlit: None, pixels: used.len(), members }
     }
 
     /// How far a picture is from the photograph: `sqrt(sum n d² / sum n v²)`, where `d` is the difference and `v` the photograph's value,
-    /// both averaged over the cells within [`WINDOW`]: what single threads do to single pixels is no error of their average.
+    /// both averaged over the bins within [`WINDOW`]: what single threads do to single pixels is no error of their average.
     pub fn relative_rms(&self, predicted: &[[f64; 3]]) -> f64 {
         let (difference, energy) = self.squares(predicted);
         if energy > 0.0 { (difference / energy).sqrt() } else { f64::INFINITY }
@@ -268,11 +261,11 @@ impl Cells {
 
     /// The two sums of [`Self::relative_rms`].
     pub fn squares(&self, predicted: &[[f64; 3]]) -> (f64, f64) {
-        let near = |a: &Cell, b: &Cell| a.wi.distance(b.wi) < WINDOW && a.wo.distance(b.wo) < WINDOW;
+        let near = |a: &DirectionBin, b: &DirectionBin| a.wi.distance(b.wi) < WINDOW && a.wo.distance(b.wo) < WINDOW;
         let (mut difference, mut energy) = (0.0, 0.0);
-        for a in &self.cells {
+        for a in &self.bins {
             let (mut d, mut v, mut n) = ([0.0; 3], [0.0; 3], 0.0);
-            for (b, value) in self.cells.iter().zip(predicted).filter(|(b, _)| near(a, b)) {
+            for (b, value) in self.bins.iter().zip(predicted).filter(|(b, _)| near(a, b)) {
                 let count = b.count as f64;
                 n += count;
                 for c in 0..3 {
@@ -288,16 +281,17 @@ impl Cells {
         (difference, energy)
     }
 
-    /// The pairs of the cells under a light that is turned by these degrees of azimuth and elevation.
+    /// The pairs of the bins under a light that is turned by these degrees of azimuth and elevation.
     pub fn pairs(&self, turn_deg: [f64; 2]) -> Vec<Pair> {
-        let pair = |cell: &Cell| Pair { wi: (cell.wi + turn_deg[0] * cell.turn[0] + turn_deg[1] * cell.turn[1]).normalize(), wo: cell.wo };
-        self.cells.iter().map(pair).collect()
+        let pair =
+            |bin: &DirectionBin| Pair { wi: (bin.wi + turn_deg[0] * bin.turn[0] + turn_deg[1] * bin.turn[1]).normalize(), wo: bin.wo };
+        self.bins.iter().map(pair).collect()
     }
 }
 
-/// See [`Cells::unlit`]. The median: a camera that stands a little off shows what is behind the object along its outline.
+/// See [`DirectionBins::unlit`]. The median: a camera that stands a little off shows what is behind the object along its outline.
 fn unlit(photograph: &Photograph, sights: &[Sight]) -> Option<[f64; 3]> {
-    let faces_away = |s: &&Sight| s.wi.z <= UNLIT && s.wo.z >= LEAST_COSINES[1];
+    let faces_away = |s: &&Sight| s.wi.z <= PARAMS.unlit_cosine && s.wo.z >= LEAST_COSINES[1];
     let seen: Vec<[f32; 3]> =
         sights.iter().filter(faces_away).map(|s| photograph.image.rgb[s.pixel as usize]).filter(|v| !v[0].is_nan()).collect();
     let median = |c: usize| {
@@ -305,15 +299,14 @@ fn unlit(photograph: &Photograph, sights: &[Sight]) -> Option<[f64; 3]> {
         let (_, median, _) = values.select_nth_unstable_by(seen.len() / 2, f32::total_cmp);
         f64::from(*median)
     };
-    (seen.len() >= ENOUGH_UNLIT).then(|| std::array::from_fn(median))
+    (seen.len() >= PARAMS.enough_unlit).then(|| std::array::from_fn(median))
 }
 
 fn group(used: &[&Sight], step: f64) -> BTreeMap<[i32; 4], Vec<u32>> {
     let mut groups: BTreeMap<[i32; 4], Vec<u32>> = BTreeMap::new();
     for (k, sight) in (0_u32..).zip(used) {
         let (i, o) = (flat(sight.wi) / step, flat(sight.wo) / step);
-        #[expect(clippy::cast_possible_truncation, reason = "at most a thousand")]
-        let key = [i.x, i.y, o.x, o.y].map(|v| v.round() as i32);
+        let key = [i.x, i.y, o.x, o.y].map(|v| truncate_i32(v.round()));
         groups.entry(key).or_default().push(k);
     }
     groups

@@ -1,17 +1,11 @@
 //! Linear photographs, with the camera, the light and the shape that they show.
 
+use crate::photograph::params::PARAMS;
 use biscale::error::{BadInput, Result};
 use biscale::image_file::{self, Raster};
 use biscale::render::{Camera, Light, Object};
 use glam::{DMat3, DVec3};
 use std::path::{Path, PathBuf};
-
-/// Share of the pixels at exactly the largest value of a channel from which on the photograph counts as clipped there.
-const CLIPPED: f64 = 2e-3;
-/// How much more often than any other value the largest one is there in a clipped channel.
-const MORE_OFTEN: usize = 4;
-/// Pixels this near to a clipped value are clipped as well: filters have moved them.
-const NEARLY: f32 = 0.99;
 
 /// Standard deviation of a light's direction where nothing says it, degrees.
 pub const LIGHT_SIGMA_DEG: f64 = 1.5;
@@ -147,13 +141,13 @@ impl Image {
         let limit: [f32; 3] = std::array::from_fn(|c| {
             let top = self.rgb.iter().map(|p| p[c]).filter(|v| !v.is_nan()).fold(0.0, f32::max);
             let at_top = self.rgb.iter().filter(|p| p[c] == top).count();
-            if top <= 0.0 || at_top <= 4 || at_top as f64 <= CLIPPED * valid as f64 {
+            if top <= 0.0 || at_top <= 4 || at_top as f64 <= PARAMS.clipped_share * valid as f64 {
                 return f32::INFINITY;
             }
             let mut others: Vec<f32> = self.rgb.iter().map(|p| p[c]).filter(|&v| v > 0.0 && v < top).collect();
             others.sort_by(f32::total_cmp);
             let repeated = others.chunk_by(|a, b| a == b).map(<[f32]>::len).max().unwrap_or(0);
-            if at_top > MORE_OFTEN * repeated { NEARLY * top } else { f32::INFINITY }
+            if at_top > PARAMS.clipped_repeats * repeated { PARAMS.nearly_clipped * top } else { f32::INFINITY }
         });
         let clipped = self.leave_out(|p| (0..3).any(|c| p[c] >= limit[c]));
         self.note(clipped, "are clipped");

@@ -1,4 +1,4 @@
-//! The mean period of a close-up: all its periods laid on top of each other, place by place.
+//! The mean period of a close-up: all its periods registered, place by place.
 //!
 //! A regular surface shows the same in each of its periods. Their mean has next to no noise, every place of it has its counterpart in the model's own
 //! period, and nothing need be sorted. What differs from period to period (threads that lie askew, edges, what perspective moves, highlights
@@ -6,34 +6,13 @@
 
 use crate::photograph::direction_bins::Sight;
 use crate::photograph::image::Photograph;
+use crate::photograph::params::PARAMS;
 use crate::photograph::period::{Period, coordinates};
 use biscale::geometry::Geometry;
+use biscale::numerics::cast::truncate_usize;
 use serde::Serialize;
 
-/// Most places along a period, and the fewest that tell anything.
-const MOST: usize = 24;
-const LEAST: usize = 6;
-/// Fewest pixels of a place, on the average.
-const LEAST_PIXELS: f64 = 3.0;
-/// Fewest periods in the picture: one alone has no mean.
-const LEAST_PERIODS: f64 = 1.5;
-/// Most pixels that the lattice is found from.
-const LATTICE_PIXELS: usize = 30_000;
-/// Steps of the lattice, in periods at the side of the picture, from the widest to the narrowest.
-const WIDEST: f64 = 0.08;
-const NARROWEST: f64 = 0.002;
-/// Farthest that a lattice may be from the one that it began as, in the same unit.
-const REACH: f64 = 0.25;
-/// Largest difference of the two periods' ratio from that of the tile.
-const RATIO: f64 = 0.08;
-
-/// Standard deviation of what the model says of a place, as a share of the radiance there, or of a part of the brightest one.
-const RELATIVE: f64 = 0.01;
-const DARK: f64 = 0.3;
-/// Share of the scatter from period to period that the mean period is uncertain by.
-const SCATTER: f64 = 0.25;
-
-/// All periods laid on top of each other.
+/// All periods registered.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct MeanPeriod {
     /// Places along tile x and y; 1 along a direction in which nothing changes.
@@ -71,7 +50,7 @@ impl MeanPeriod {
             return None;
         }
         if let [Some(x), Some(y)] = period
-            && ((x.length / y.length) / (tile[0] / tile[1]) - 1.0).abs() > RATIO
+            && ((x.length / y.length) / (tile[0] / tile[1]) - 1.0).abs() > PARAMS.period_ratio
         {
             return None;
         }
@@ -87,17 +66,16 @@ impl MeanPeriod {
             // Pixels along a period, from how many there are on all of the surface.
             let area = spread[0] * spread[1];
             let along = found.length / (area / n).sqrt();
-            if spread[k] < LEAST_PERIODS * found.length {
+            if spread[k] < PARAMS.least_periods * found.length {
                 return None;
             }
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most MOST")]
-            let places = along.min(MOST as f64) as usize;
+            let places = truncate_usize(along.min(PARAMS.most_places as f64));
             size[k] = places;
-            if places < LEAST {
+            if places < PARAMS.least_places {
                 return None;
             }
         }
-        if n < LEAST_PIXELS * (size[0] * size[1]) as f64 {
+        if n < PARAMS.least_pixels * (size[0] * size[1]) as f64 {
             return None;
         }
         let start: Lattice = std::array::from_fn(|k| {
@@ -105,7 +83,7 @@ impl MeanPeriod {
             row[k] = period[k].map_or(0.0, |p| 1.0 / p.length);
             row
         });
-        let stride = places.len().div_ceil(LATTICE_PIXELS);
+        let stride = places.len().div_ceil(PARAMS.lattice_pixels);
         let some: Vec<([f64; 2], [f64; 3])> = places.iter().copied().zip(pixels.iter().copied()).step_by(stride).collect();
         let lattice = settled(start, reach, &some, size);
         let mut found = Self {
@@ -131,7 +109,8 @@ impl MeanPeriod {
             }
         }
         let bright = found.mean.iter().flatten().fold(0.0_f64, |m, v| m.max(*v)).max(1e-9);
-        let sigma = |mean: f64, scatter: f64| (RELATIVE * mean.hypot(DARK * bright)).hypot(SCATTER * scatter);
+        let sigma =
+            |mean: f64, scatter: f64| (PARAMS.model_sigma * mean.hypot(PARAMS.dark_place * bright)).hypot(PARAMS.scatter_sigma * scatter);
         found.sigma = found.mean.iter().zip(&found.scatter).map(|(m, s)| std::array::from_fn(|c| sigma(m[c], s[c]))).collect();
         Some(found)
     }
@@ -160,8 +139,7 @@ fn lengths(lattice: &Lattice) -> [Option<f64>; 2] {
 fn place(lattice: &Lattice, p: [f64; 2], size: [usize; 2]) -> usize {
     let along = |k: usize| {
         let phase = lattice[k][0] * p[0] + lattice[k][1] * p[1];
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of the size")]
-        let at = ((phase - phase.floor()) * size[k] as f64) as usize;
+        let at = truncate_usize((phase - phase.floor()) * size[k] as f64);
         at.min(size[k] - 1)
     };
     along(1) * size[0] + along(0)
@@ -183,14 +161,14 @@ fn settled(start: Lattice, reach: f64, pixels: &[([f64; 2], [f64; 3])], size: [u
     let mut best = start;
     let mut sharpest = contrast(&best, pixels, size);
     let moves: Vec<(usize, usize)> = (0..2).filter(|&k| size[k] > 1).flat_map(|k| [(k, 0), (k, 1)]).collect();
-    let mut step = WIDEST;
-    while step >= NARROWEST {
+    let mut step = PARAMS.widest_lattice_step;
+    while step >= PARAMS.narrowest_lattice_step {
         let mut moved = false;
         for &(k, j) in &moves {
             for side in [-1.0, 1.0] {
                 let mut lattice = best;
                 lattice[k][j] += side * step / reach;
-                if ((lattice[k][j] - start[k][j]) * reach).abs() > REACH {
+                if ((lattice[k][j] - start[k][j]) * reach).abs() > PARAMS.lattice_reach {
                     continue;
                 }
                 let found = contrast(&lattice, pixels, size);

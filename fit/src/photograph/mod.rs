@@ -6,4 +6,5 @@ pub mod close_up;
 pub mod direction_bins;
 pub mod image;
 pub mod mean_period;
+pub mod params;
 pub mod period;

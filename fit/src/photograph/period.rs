@@ -4,19 +4,12 @@
 //! with itself, shifted along x or y: where the two agree again, the shift is a period, or several.
 
 use crate::photograph::image::Photograph;
+use crate::photograph::params::PARAMS;
+use biscale::numerics::cast::{narrow, truncate_usize};
 use biscale::render::{Cylinder, Shape, any_across};
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
-
-/// Most pixels of the straight view, across or down.
-const MOST: usize = 512;
-/// Least agreement, as correlation, of a shift by periods.
-const LEAST_AGREEMENT: f64 = 0.3;
-/// Share of the best agreement from which on a smaller shift is the period.
-const AS_GOOD: f64 = 0.85;
-/// Correlation that a shift must fall below before one counts as a return.
-const AWAY: f64 = 0.9;
 
 /// The period along one direction of the tile.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -102,9 +95,8 @@ impl Straight {
         let area = (high[0] - low[0]) * (high[1] - low[1]);
         // As many pixels as the photograph has there, unless it has very many.
         let footprint = (area / places.len() as f64).sqrt();
-        let pixel = footprint.max((high[0] - low[0]).max(high[1] - low[1]) / MOST as f64);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most MOST")]
-        let count = |k: usize| (((high[k] - low[k]) / pixel).floor() as usize).clamp(1, MOST);
+        let pixel = footprint.max((high[0] - low[0]).max(high[1] - low[1]) / PARAMS.straight_pixels as f64);
+        let count = |k: usize| truncate_usize(((high[k] - low[k]) / pixel).floor()).clamp(1, PARAMS.straight_pixels);
         let (width, height) = (count(0), count(1));
         let at = |index: usize| {
             let (column, row) = (index % width, index / width);
@@ -120,13 +112,13 @@ impl Straight {
         let most = length / 2;
         let agreement: Vec<f64> = (0..=most).into_par_iter().map(|shift| self.agreement(axis, shift)).collect();
         // A return must have been away; a surface that is the same all along never is.
-        let away = agreement.iter().position(|&r| r < AWAY.min(0.5 * (1.0 + agreement.iter().copied().fold(1.0, f64::min))))?;
+        let away = agreement.iter().position(|&r| r < PARAMS.away.min(0.5 * (1.0 + agreement.iter().copied().fold(1.0, f64::min))))?;
         let is_peak = |k: usize| k > away && k < most && agreement[k] >= agreement[k - 1] && agreement[k] > agreement[k + 1];
         let best = (1..most).filter(|&k| is_peak(k)).map(|k| agreement[k]).fold(0.0, f64::max);
-        if best < LEAST_AGREEMENT {
+        if best < PARAMS.least_agreement {
             return None;
         }
-        let first = (1..most).find(|&k| is_peak(k) && agreement[k] >= AS_GOOD * best)?;
+        let first = (1..most).find(|&k| is_peak(k) && agreement[k] >= PARAMS.first_agreement * best)?;
         let refined = |k: usize| {
             let (l, m, r) = (agreement[k - 1], agreement[k], agreement[k + 1]);
             let bend = l - 2.0 * m + r;
@@ -135,8 +127,7 @@ impl Straight {
         // Longer shifts tell it more exactly, each found near where the shorter ones say.
         let (mut period, mut multiple) = (refined(first), 1.0);
         for n in 2..=length {
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the picture")]
-            let near = (n as f64 * period).round() as usize;
+            let near = truncate_usize((n as f64 * period).round());
             if near + 2 >= most {
                 break;
             }
@@ -191,10 +182,8 @@ fn lookup(photograph: &Photograph, p: DVec3) -> [f32; 3] {
     if local.z <= 0.0 || !inside(x, width) || !inside(y, height) {
         return [f32::NAN; 3];
     }
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "inside of the picture")]
-    let (column, row) = (x as usize, y as usize);
-    #[expect(clippy::cast_possible_truncation, reason = "a share")]
-    let (u, v) = ((x - column as f64) as f32, (y - row as f64) as f32);
+    let (column, row) = (truncate_usize(x), truncate_usize(y));
+    let (u, v) = (narrow(x - column as f64), narrow(y - row as f64));
     let pixel = |c: usize, r: usize| photograph.image.rgb[r * width + c];
     let (a, b, c, d) = (pixel(column, row), pixel(column + 1, row), pixel(column, row + 1), pixel(column + 1, row + 1));
     std::array::from_fn(|k| (1.0 - v) * ((1.0 - u) * a[k] + u * b[k]) + v * ((1.0 - u) * c[k] + u * d[k]))
@@ -205,8 +194,7 @@ mod tests {
     use super::*;
 
     fn picture(width: usize, height: usize, f: impl Fn(f64, f64) -> f64) -> Straight {
-        #[expect(clippy::cast_possible_truncation, reason = "a test")]
-        let rgb = (0..width * height).map(|k| [f((k % width) as f64 + 0.5, (k / width) as f64 + 0.5) as f32; 3]).collect();
+        let rgb = (0..width * height).map(|k| [narrow(f((k % width) as f64 + 0.5, (k / width) as f64 + 0.5)); 3]).collect();
         Straight { width, height, pixel: 0.5, footprint: 0.5, rgb }
     }
 

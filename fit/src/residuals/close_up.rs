@@ -2,14 +2,14 @@
 //! against one period of the model.
 
 use crate::near_paths;
-use crate::photograph::close_up::{CloseUp, Kind};
+use crate::photograph::close_up::{CloseUp, ColourCluster};
 use crate::photograph::mean_period::MeanPeriod;
 use crate::residuals::block::ResidualBlock;
 use crate::residuals::colour_basis::ColourBasis;
 use crate::residuals::equations::{Equations, Origin, Row};
 use crate::residuals::params::PARAMS;
 use crate::residuals::registration::Windows;
-use crate::residuals::tile_view::{Part, TileView};
+use crate::residuals::tile_view::{ClusterView, TileView};
 use crate::residuals::unknowns::UnknownKind;
 
 /// Least standard deviation of a channel's light: that of a photograph that is black all over.
@@ -88,7 +88,7 @@ impl CloseUpResiduals<'_> {
             return;
         }
         let whole = self.view.whole_light();
-        let light: [f64; 3] = std::array::from_fn(|c| close_up.kinds.iter().map(|k| k.light[c]).sum());
+        let light: [f64; 3] = std::array::from_fn(|c| close_up.clusters.iter().map(|k| k.light[c]).sum());
         for c in 0..3 {
             let (terms, known) = basis.terms(|slot| close_up.irradiance[c] * whole[slot][c], c);
             let known = known + close_up.irradiance[c] * self.interreflection.whole[c];
@@ -103,7 +103,7 @@ impl CloseUpResiduals<'_> {
         let apart = close_up.tells_surfaces_apart(basis.small.surfaces.len());
         let radiance = basis.radiance(close_up.irradiance, guess);
         let parts = self.view.sorted(&radiance, apart.then_some(self.surfaces), guess.is_some());
-        for (k, (cluster, part)) in close_up.kinds.iter().zip(&parts).enumerate() {
+        for (k, (cluster, part)) in close_up.clusters.iter().zip(&parts).enumerate() {
             if apart {
                 equations.fixed.push((part.cover - cluster.cover) / PARAMS.cover);
             }
@@ -125,7 +125,7 @@ impl CloseUpResiduals<'_> {
     }
 
     /// The tones of a colour cluster, to whose radiance `extra` is added.
-    fn add_tones(&self, cluster: &Kind, part: &Part, extra: [f64; 3], basis: &ColourBasis<'_>, equations: &mut Equations) {
+    fn add_tones(&self, cluster: &ColourCluster, part: &ClusterView, extra: [f64; 3], basis: &ColourBasis<'_>, equations: &mut Equations) {
         for (b, tone) in cluster.tones.iter().enumerate() {
             for c in 0..3 {
                 let (terms, known) = basis.terms(|slot| self.close_up.irradiance[c] * part.tones[slot][b][c], c);
@@ -140,7 +140,7 @@ impl CloseUpResiduals<'_> {
     fn add_mean_period(&self, mean: &MeanPeriod, (shift, exposure): ([f64; 2], f64), basis: &ColourBasis<'_>, equations: &mut Equations) {
         let irradiance = self.close_up.irradiance;
         let windows = Windows::new(self.view.size, mean.size, shift);
-        let shares: Vec<Vec<[f64; 3]>> = self.view.shares.iter().map(|s| windows.of(s)).collect();
+        let shares: Vec<Vec<[f64; 3]>> = self.view.basis.iter().map(|s| windows.of(s)).collect();
         let places = self.interreflection.places;
         let extra = if places.is_empty() { Vec::new() } else { Windows::new(near_paths::SIZE, mean.size, shift).of(places) };
         let scales = basis.position(UnknownKind::Exposure);
@@ -256,15 +256,15 @@ mod tests {
         let parts = view.sorted(&radiance, Some(&[0, 1]), false);
         // Each cluster as the model's own surface shows it.
         let seen = |shares: &[[f64; 3]]| std::array::from_fn(|c| (0..2).map(|k| radiance[k][c] * shares[k][c]).sum());
-        let cluster = |part: &Part| Kind {
+        let cluster = |part: &ClusterView| ColourCluster {
             cover: part.cover,
             light: seen(&part.light),
             colour: [0.0; 3],
             tones: (0..part.tones[0].len()).map(|b| seen(&part.tones.iter().map(|t| t[b]).collect::<Vec<_>>())).collect(),
         };
-        close_up.kinds = parts.iter().map(cluster).collect();
+        close_up.clusters = parts.iter().map(cluster).collect();
         let found = equations(&grooves, &close_up, &view, Comparison::ClustersBySurface);
-        assert_eq!((found.fixed.clone(), found.rows.len()), (vec![0.0; 2], 2 * 3 * (1 + close_up.kinds[0].tones.len())));
+        assert_eq!((found.fixed.clone(), found.rows.len()), (vec![0.0; 2], 2 * 3 * (1 + close_up.clusters[0].tones.len())));
         let solved = solve(found, &[0.0; 3], &[1.0; 3]);
         assert!((solved.linear[2] - 0.5).abs() < 1e-6 && solved.objective < 1e-12, "{:?}", solved.linear);
         let whole = solve(equations(&grooves, &close_up, &view, Comparison::WholeLight), &[0.0; 3], &[1.0; 3]);

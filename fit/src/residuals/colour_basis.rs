@@ -37,7 +37,7 @@ impl ColourBasis<'_> {
     fn unknown(&self, slot: Slot, channel: usize) -> Option<usize> {
         self.unknowns.iter().position(|u| match u.kind {
             UnknownKind::Colour(k, c) => self.colours[k].slot == slot && c.is_none_or(|c| c == channel),
-            UnknownKind::Veil(..) | UnknownKind::Exposure => false,
+            UnknownKind::StrayLight(..) | UnknownKind::Exposure => false,
         })
     }
 

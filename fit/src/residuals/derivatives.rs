@@ -3,15 +3,11 @@
 use crate::parallel::in_parallel;
 use crate::residuals::equations::{Evaluated, Origin, huber_weight};
 use crate::residuals::model::Model;
+use crate::residuals::params::PARAMS;
 use crate::residuals::unknowns::UnknownKind;
 use biscale::error::Result;
 use biscale::filter::Control;
 
-/// Half the distance of the central differences, as a share of the range.
-const STEP: f64 = 0.03;
-/// The same of a colour where it moves what the close-up's pixels are sorted by: a share of the colour, and the least of it.
-const COLOUR_STEP: f64 = 0.15;
-const LEAST_COLOUR_STEP: f64 = 0.02;
 /// Derivatives of the residuals by the unknowns.
 #[derive(Clone, Debug)]
 pub struct Derivatives {
@@ -33,24 +29,24 @@ pub fn residuals(evaluated: &Evaluated) -> Vec<f64> {
 }
 
 /// The points at which residuals tell derivatives: a step back and a step on along each unknown of the search.
-pub fn sides(point: &[f64]) -> Vec<Vec<f64>> {
+pub fn difference_points(point: &[f64]) -> Vec<Vec<f64>> {
     let side = |(i, step): (usize, f64)| {
         let mut at = point.to_vec();
         at[i] = (at[i] + step).clamp(0.0, 1.0);
         at
     };
-    (0..point.len()).flat_map(|i| [(i, -STEP), (i, STEP)]).map(side).collect()
+    (0..point.len()).flat_map(|i| [(i, -PARAMS.difference_step), (i, PARAMS.difference_step)]).map(side).collect()
 }
 
 /// The derivatives at a point.
 ///
-/// The rows of cells are linear in the colours; those of the close-up are so only as long as its pixels are sorted alike. How they are sorted answers to
+/// The rows of bins are linear in the colours; those of the close-up are so only as long as its pixels are sorted alike. How they are sorted answers to
 /// the colours as well, and takes part of what a colour does away again: there the derivative is that of a step.
 ///
 /// # Errors
 /// Those of the model.
 pub fn derivatives(model: &Model<'_>, point: &[f64], best: &Evaluated, control: &Control<'_>) -> Result<Derivatives> {
-    let moved = in_parallel(&sides(point), |_, at| model.evaluate_with(at, Some(&best.linear), control))?;
+    let moved = in_parallel(&difference_points(point), |_, at| model.evaluate_with(at, Some(&best.linear), control))?;
     let mut derivatives = derivatives_of(model, point, best, &moved);
     if model.input.close_up.is_none() {
         return Ok(derivatives);
@@ -60,7 +56,7 @@ pub fn derivatives(model: &Model<'_>, point: &[f64], best: &Evaluated, control: 
     let steps: Vec<(usize, [f64; 2])> = colours
         .map(|k| {
             let [low, high] = model.unknowns[k].bounds;
-            let step = (COLOUR_STEP * best.linear[k]).max(LEAST_COLOUR_STEP);
+            let step = (PARAMS.colour_step * best.linear[k]).max(PARAMS.least_colour_step);
             (k, [-step, step].map(|s| (best.linear[k] + s).clamp(low, high)))
         })
         .filter(|(_, [low, high])| high > low)
@@ -87,10 +83,10 @@ pub fn weights(best: &Evaluated) -> Vec<f64> {
     residuals(best).iter().enumerate().map(|(k, r)| (weight(k) * huber_weight(*r)).sqrt()).collect()
 }
 
-/// The derivatives at a point, from the evaluations of its [`sides`] with the linear unknowns held; `None` of those that make no surface.
+/// The derivatives at a point, from the evaluations of its [`difference_points`] with the linear unknowns held; `None` of those that make no surface.
 pub fn derivatives_of(model: &Model<'_>, point: &[f64], best: &Evaluated, moved: &[Option<Evaluated>]) -> Derivatives {
     let n = point.len();
-    let places = sides(point);
+    let places = difference_points(point);
     let here = residuals(best);
     let total = n + best.linear.len();
     let mut rows = vec![vec![0.0; total]; here.len()];
@@ -117,7 +113,7 @@ pub fn derivatives_of(model: &Model<'_>, point: &[f64], best: &Evaluated, moved:
     close_up.extend((0..best.fixed.len()).map(|k| k < covers));
     let photographs = model.input.photographs.len();
     let group = |k: usize| match best.rows.get(k).map(|(_, origin)| *origin) {
-        Some(Origin::Cell(p, ..)) => p,
+        Some(Origin::Bin(p, ..)) => p,
         _ if close_up[k] => photographs,
         _ => photographs + 1,
     };

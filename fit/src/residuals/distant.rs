@@ -7,7 +7,7 @@
 //! `S_k` is the basis reflectance of slot `k` and `c_k` its colour, `E_i` the irradiance on a plane that faces the light, `I` the
 //! interreflection as radiance over irradiance, `V` the stray-light offset of the photograph.
 
-use crate::photograph::direction_bins::Cells;
+use crate::photograph::direction_bins::DirectionBins;
 use crate::residuals::block::ResidualBlock;
 use crate::residuals::colour_basis::ColourBasis;
 use crate::residuals::equations::{Equations, Origin, Row};
@@ -18,7 +18,7 @@ use biscale::filter::BasisReflectance;
 #[derive(Clone, Copy, Debug)]
 pub struct Distant<'a> {
     /// Direction bins of each photograph.
-    pub photographs: &'a [Cells],
+    pub photographs: &'a [DirectionBins],
     /// Basis reflectances of the bins' pairs, photograph after photograph.
     pub basis_reflectance: &'a BasisReflectance,
     /// Whether the surface has no gaps.
@@ -32,7 +32,7 @@ impl ResidualBlock for Distant<'_> {
         let BasisReflectance { s, av } = self.basis_reflectance;
         let mut first = 0;
         for (p, photograph) in self.photographs.iter().enumerate() {
-            for (k, bin) in photograph.cells.iter().enumerate() {
+            for (k, bin) in photograph.bins.iter().enumerate() {
                 let at = first + k;
                 // Over a surface without gaps the area that samples show stands for the cosine: they share their noise.
                 let factor = if self.opaque && av[at] > 0.0 { bin.wo.z / av[at] } else { 1.0 } * bin.inverse_cosine;
@@ -42,14 +42,14 @@ impl ResidualBlock for Distant<'_> {
                     if let Some(interreflection) = self.interreflection {
                         known += bin.irradiance[c] * interreflection[p][k][c];
                     }
-                    if let Some(offset) = basis.position(UnknownKind::Veil(p, c)) {
+                    if let Some(offset) = basis.position(UnknownKind::StrayLight(p, c)) {
                         terms.push((offset, 1.0));
                     }
                     let row = Row { terms, known, value: bin.mean[c], sigma: bin.sigma[c], weight: bin.weight };
-                    equations.rows.push((row, Origin::Cell(p, k, c)));
+                    equations.rows.push((row, Origin::Bin(p, k, c)));
                 }
             }
-            first += photograph.cells.len();
+            first += photograph.bins.len();
         }
     }
 }
@@ -57,13 +57,13 @@ impl ResidualBlock for Distant<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::photograph::direction_bins::Cell;
+    use crate::photograph::direction_bins::DirectionBin;
     use crate::residuals::colour_basis::tests::Grooves;
     use crate::residuals::unknowns::Unknown;
     use glam::DVec3;
 
-    fn bin(mean: f64) -> Cell {
-        Cell {
+    fn bin(mean: f64) -> DirectionBin {
+        DirectionBin {
             wi: DVec3::Z,
             wo: DVec3::new(0.6, 0.0, 0.8),
             turn: [DVec3::ZERO; 2],
@@ -79,8 +79,8 @@ mod tests {
     /// Two photographs, of one bin and of two; the basis reflectance of slot `k` in bin `b` is `k + 1 + b / 10`.
     fn rows(opaque: bool, interreflection: Option<&[Vec<[f64; 3]>]>) -> Vec<(Row, Origin)> {
         let mut grooves = Grooves::new();
-        grooves.unknowns.push(Unknown { name: "offset".into(), kind: UnknownKind::Veil(1, 2), bounds: [0.0, 1.0] });
-        let photographs = [vec![bin(0.7)], vec![bin(0.8), bin(0.9)]].map(|cells| Cells { cells, ..Cells::default() });
+        grooves.unknowns.push(Unknown { name: "offset".into(), kind: UnknownKind::StrayLight(1, 2), bounds: [0.0, 1.0] });
+        let photographs = [vec![bin(0.7)], vec![bin(0.8), bin(0.9)]].map(|bins| DirectionBins { bins, ..DirectionBins::default() });
         let s = (0..2).map(|k| (0..3).map(|b| [f64::from(k) + 1.0 + 0.1 * f64::from(b); 3]).collect()).collect();
         let basis_reflectance = BasisReflectance { s, av: vec![0.5, 0.0, 0.4] };
         let block = Distant { photographs: &photographs, basis_reflectance: &basis_reflectance, opaque, interreflection };
@@ -95,7 +95,7 @@ mod tests {
         let rows = rows(false, None);
         assert_eq!(rows.len(), 9);
         let (row, origin) = &rows[8];
-        assert_eq!(*origin, Origin::Cell(1, 1, 2));
+        assert_eq!(*origin, Origin::Bin(1, 1, 2));
         // Irradiance 4 over the cosine .8; the offset is unknown 3.
         assert_eq!(row.terms.len(), 2);
         assert!((row.terms[0].1 - 5.0 * 2.2).abs() < 1e-12 && row.terms[1] == (3, 1.0), "{row:?}");

@@ -1,7 +1,7 @@
 //! Equations, linear in the unknowns: what the photographs and priors ask of the colours, and the ones that answer best.
 
 use crate::bounded_least_squares::Normal;
-use crate::photograph::direction_bins::Cells;
+use crate::photograph::direction_bins::DirectionBins;
 use crate::residuals::params::PARAMS;
 
 /// Residuals beyond this many standard deviations count linearly.
@@ -34,9 +34,9 @@ pub struct Equations {
 /// Where a row comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// A cell of a distant photograph: photograph, cell, channel.
-    Cell(usize, usize, usize),
-    /// Light of a kind of the close-up.
+    /// A bin of a distant photograph: photograph, bin, channel.
+    Bin(usize, usize, usize),
+    /// Light of a cluster of the close-up.
     CloseUp,
     /// Something known beforehand.
     Prior,
@@ -62,22 +62,22 @@ impl Evaluated {
         (sum + row.known - row.value) / row.sigma
     }
 
-    /// The radiance that the model shows in the cells of a distant photograph.
-    pub fn predicted(&self, photograph: usize, cells: &Cells) -> Vec<[f64; 3]> {
-        let mut predicted = vec![[0.0; 3]; cells.cells.len()];
+    /// The radiance that the model shows in the bins of a distant photograph.
+    pub fn predicted(&self, photograph: usize, bins: &DirectionBins) -> Vec<[f64; 3]> {
+        let mut predicted = vec![[0.0; 3]; bins.bins.len()];
         for (row, origin) in &self.rows {
-            if let Origin::Cell(p, cell, c) = *origin
+            if let Origin::Bin(p, bin, c) = *origin
                 && p == photograph
             {
-                predicted[cell][c] = row.value + self.residual(row) * row.sigma;
+                predicted[bin][c] = row.value + self.residual(row) * row.sigma;
             }
         }
         predicted
     }
 
-    /// Relative RMS difference from the distant photographs: see [`Cells::relative_rms`].
-    pub fn relative_rms(&self, photographs: &[Cells]) -> f64 {
-        let squares = photographs.iter().enumerate().map(|(p, cells)| cells.squares(&self.predicted(p, cells)));
+    /// Relative RMS difference from the distant photographs: see [`DirectionBins::relative_rms`].
+    pub fn relative_rms(&self, photographs: &[DirectionBins]) -> f64 {
+        let squares = photographs.iter().enumerate().map(|(p, bins)| bins.squares(&self.predicted(p, bins)));
         let (difference, energy) = squares.fold((0.0, 0.0), |sum, s| (sum.0 + s.0, sum.1 + s.1));
         if energy > 0.0 { (difference / energy).sqrt() } else { f64::INFINITY }
     }

@@ -5,7 +5,7 @@ use crate::fit_file::spec::Spec;
 use crate::fit_file::variant::Variant;
 use crate::near_paths::Seen;
 use crate::photograph::close_up::CloseUp;
-use crate::photograph::direction_bins::Cells;
+use crate::photograph::direction_bins::DirectionBins;
 use biscale::error::Result;
 use biscale::material::MaterialValues;
 
@@ -15,18 +15,18 @@ pub struct Level {
     /// Samples of the small-scale surface.
     pub samples: u32,
     /// Most direction bins of all distant photographs.
-    pub cells: usize,
+    pub bins: usize,
 }
 
 /// Light that was reflected more than once, as it was found for one state of the material: kept while the search moves.
 #[derive(Clone, Debug, Default)]
 pub struct Indirect {
     /// For each distant photograph and direction bin its radiance over irradiance.
-    pub cells: Vec<Vec<[f64; 3]>>,
+    pub bins: Vec<Vec<[f64; 3]>>,
     /// In the close-up, all colour clusters together; nothing where it is compared place by place.
     pub close_up: [f64; 3],
     /// For each colour cluster of the close-up its share of that.
-    pub kinds: Vec<[f64; 3]>,
+    pub clusters: Vec<[f64; 3]>,
     /// In the close-up place by place of a period, as each of its viewers sees it, if that is how it is compared.
     pub near: Vec<Seen>,
 }
@@ -37,7 +37,7 @@ pub struct ModelInput<'a> {
     /// The question.
     pub spec: &'a Spec,
     /// Direction bins of the distant photographs.
-    pub photographs: &'a [Cells],
+    pub photographs: &'a [DirectionBins],
     /// What the close-up says.
     pub close_up: Option<&'a CloseUp>,
     /// Which surface each colour cluster of the close-up is, and what else is no number that moves.

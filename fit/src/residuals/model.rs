@@ -84,7 +84,7 @@ impl<'a> Model<'a> {
     pub fn new(input: ModelInput<'a>, sampling: Sampling, values: &[f64], control: &Control<'_>) -> Result<Self> {
         let small = input.material_values(values)?.material()?.build()?;
         let slots = slots(&input.spec.material.surfaces);
-        let mut pairs: Vec<Pair> = input.photographs.iter().flat_map(|cells| cells.pairs([0.0; 2])).collect();
+        let mut pairs: Vec<Pair> = input.photographs.iter().flat_map(|bins| bins.pairs([0.0; 2])).collect();
         pairs.extend(input.close_up.and_then(|c| c.pair));
         let mut near = NearModel::new(input, sampling, slots.clone());
         if let Some(near) = &mut near {
@@ -193,8 +193,8 @@ impl<'a> Model<'a> {
         let built = values.and_then(|values| Ok((values.material()?.build()?, values)));
         let Some((small, values)) = surface_of(built)? else { return Ok(None) };
         let mut pairs: Vec<Pair> = Vec::new();
-        for (cells, light) in self.input.photographs.iter().zip(&state.lights) {
-            pairs.extend(cells.pairs(*light));
+        for (bins, light) in self.input.photographs.iter().zip(&state.lights) {
+            pairs.extend(bins.pairs(*light));
         }
         // A surface of other triangles gets samples of its own.
         let fresh;
@@ -279,7 +279,7 @@ impl<'a> Model<'a> {
             photographs: self.input.photographs,
             basis_reflectance: &seen.basis_reflectance,
             opaque: self.input.opaque,
-            interreflection: self.input.indirect.map(|indirect| &indirect.cells[..]),
+            interreflection: self.input.indirect.map(|indirect| &indirect.bins[..]),
         };
         let close_up = self.near.as_ref().zip(seen.view.as_ref()).map(|(near, view)| near.residuals(view, comparison));
         let priors = Priors {

@@ -99,7 +99,7 @@ impl<'a> NearModel<'a> {
         Some(values.geometry.set_whole(SIDES_KEY, PARAMS.round_sides).map_err(Error::from).map(|()| values))
     }
 
-    /// The mean height of the edges that the close-up would show of a surface: where its periods lie on top of each other, about.
+    /// The mean height of the edges that the close-up would show of a surface: where its periods are registered, about.
     pub(crate) fn height_of_edges(&self, small: &SmallScale, control: &Control<'_>) -> Result<f64> {
         if self.mean_period().is_none() {
             return Ok(0.0);
@@ -112,10 +112,10 @@ impl<'a> NearModel<'a> {
     fn colours_of_clusters(&self, view: &TileView, surfaces: usize) -> Vec<[f64; 3]> {
         let apart = self.close_up.tells_surfaces_apart(surfaces);
         let colour = |(k, slot): (usize, &Slot)| {
-            let share = view.mean_share(k, slot.surface);
-            match self.input.variant.kinds.iter().position(|s| *s == slot.surface) {
+            let share = view.mean_basis(k, slot.surface);
+            match self.input.variant.clusters.iter().position(|s| *s == slot.surface) {
                 _ if slot.colour == SlotColour::Specular => [0.0; 3],
-                Some(kind) if apart && share > 0.0 => self.close_up.kinds[kind].colour.map(|v| v / share),
+                Some(cluster) if apart && share > 0.0 => self.close_up.clusters[cluster].colour.map(|v| v / share),
                 _ => [1.0; 3],
             }
         };
@@ -149,7 +149,7 @@ impl<'a> NearModel<'a> {
         let close_up = self.close_up;
         let surfaces = self.input.spec.material.surfaces.len();
         let compares = self.mean_period().is_none() && close_up.pair.is_some() && close_up.tells_surfaces_apart(surfaces);
-        if compares { close_up.kinds.len() } else { 0 }
+        if compares { close_up.clusters.len() } else { 0 }
     }
 
     /// The residuals of a state of which this is the view.
@@ -164,11 +164,11 @@ impl<'a> NearModel<'a> {
             close_up: self.close_up,
             view,
             comparison,
-            surfaces: &self.input.variant.kinds,
+            surfaces: &self.input.variant.clusters,
             interreflection: NearInterreflection {
                 traced: indirect.is_some(),
                 whole: indirect.map_or([0.0; 3], |i| i.close_up),
-                clusters: indirect.map_or(&[], |i| &i.kinds),
+                clusters: indirect.map_or(&[], |i| &i.clusters),
                 places: &self.interreflection,
                 sigma,
             },

@@ -50,6 +50,43 @@ pub struct ResidualParams {
     pub height_halvings: usize,
     /// Sides of a thread's section from which on it counts as round from near. Chosen, not measured.
     pub round_sides: u32,
+    /// Places of the mean period that are one in the coarse search for the shift. Chosen, not measured: a fourth of the shifts, and the
+    /// refinement reaches a place far.
+    pub coarse_places: usize,
+    /// Shifts that may be the best one, at most: a weave shifted by half a period looks much like itself.
+    pub shift_peaks: usize,
+    /// Share of the best likeness that another shift must have. Chosen, not measured.
+    pub shift_peak: f64,
+    /// Brightness that colours are divided by beside their own, over the mean one: highlights and shades take part of the contrast
+    /// otherwise. Chosen, not measured.
+    pub flattening: f64,
+    /// Most Gauss-Newton steps to the best shift. Chosen, not measured.
+    pub shift_steps: usize,
+    /// Longest step, in places: beyond it the residuals are not linear.
+    pub longest_shift: f64,
+    /// A step that ends the search, in places. Chosen, not measured; the tests find shifts to a thousandth of a period.
+    pub settled_shift: f64,
+    /// Most rounds of Lloyd's iteration over the model's pixels, which begin near the answer. Chosen, not measured.
+    pub view_cluster_rounds: usize,
+    /// Places along a period at which corners of triangles count as one, for their mean normal: far finer than triangles, far coarser
+    /// than rounding.
+    pub corner_grid: f64,
+    /// Standard deviation, in pixels of the view, of a blur that is not worth the work. Chosen, not measured: neighbours get less than
+    /// 1e-5 of a pixel.
+    pub sharp: f64,
+    /// Half the distance of the central differences, over the range of an unknown. Chosen, not measured (`docs/fit.md`, step 10):
+    /// visibility bits spoil smaller steps.
+    pub difference_step: f64,
+    /// The same of a colour where it moves what the close-up's pixels are clustered by, over the colour. Chosen, not measured
+    /// (`docs/fit.md`, step 10).
+    pub colour_step: f64,
+    /// The least of it. Chosen, not measured.
+    pub least_colour_step: f64,
+    /// Tolerance of the traced interreflections: half of [`Self::traced`], which they are uncertain by.
+    pub interreflection_tolerance: f64,
+    /// Direction bins whose directions are this near share what is traced, radians: it changes slowly with directions. Chosen, not
+    /// measured.
+    pub interreflection_step: f64,
 }
 
 /// The values of this version.
@@ -73,4 +110,19 @@ pub const PARAMS: ResidualParams = ResidualParams {
     heights: 6,
     height_halvings: 5,
     round_sides: 24,
+    coarse_places: 2,
+    shift_peaks: 2,
+    shift_peak: 0.3,
+    flattening: 0.2,
+    shift_steps: 4,
+    longest_shift: 1.0,
+    settled_shift: 1e-3,
+    view_cluster_rounds: 8,
+    corner_grid: 1e6,
+    sharp: 0.2,
+    difference_step: 0.03,
+    colour_step: 0.15,
+    least_colour_step: 0.02,
+    interreflection_tolerance: 0.01,
+    interreflection_step: 0.12,
 };

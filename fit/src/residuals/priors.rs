@@ -1,7 +1,7 @@
 //! Residuals of what is known beforehand: priors of parameters and of the lights' directions, and what unlit pixels say of the stray light.
 
 use crate::fit_file::spec::Parameter;
-use crate::photograph::direction_bins::Cells;
+use crate::photograph::direction_bins::DirectionBins;
 use crate::residuals::block::ResidualBlock;
 use crate::residuals::colour_basis::ColourBasis;
 use crate::residuals::equations::{Equations, Origin, Row};
@@ -21,7 +21,7 @@ pub struct Priors<'a> {
     /// Azimuth and elevation of the light of each distant photograph against what was given, degrees.
     pub lights: &'a [[f64; 2]],
     /// The distant photographs, which show their stray light.
-    pub photographs: &'a [Cells],
+    pub photographs: &'a [DirectionBins],
 }
 
 impl ResidualBlock for Priors<'_> {
@@ -38,8 +38,8 @@ impl ResidualBlock for Priors<'_> {
             }
         }
         for (k, unknown) in basis.unknowns.iter().enumerate() {
-            if let UnknownKind::Veil(p, c) = unknown.kind {
-                let Cells { mean, unlit, .. } = &self.photographs[p];
+            if let UnknownKind::StrayLight(p, c) = unknown.kind {
+                let DirectionBins { mean, unlit, .. } = &self.photographs[p];
                 let [of_mean, of_seen] = PARAMS.stray_light_seen;
                 let (value, sigma) = match unlit {
                     Some(unlit) => (unlit[c], (of_mean * mean[c]).hypot(of_seen * unlit[c])),
@@ -72,9 +72,9 @@ mod tests {
             rest: None,
         };
         let mut grooves = Grooves::new();
-        let offset = |p, c| Unknown { name: String::new(), kind: UnknownKind::Veil(p, c), bounds: [0.0, 1.0] };
+        let offset = |p, c| Unknown { name: String::new(), kind: UnknownKind::StrayLight(p, c), bounds: [0.0, 1.0] };
         grooves.unknowns.extend([offset(0, 1), offset(1, 1)]);
-        let photographs = [None, Some([0.1; 3])].map(|unlit| Cells { mean: [2.0; 3], unlit, ..Cells::default() });
+        let photographs = [None, Some([0.1; 3])].map(|unlit| DirectionBins { mean: [2.0; 3], unlit, ..DirectionBins::default() });
         let priors = Priors {
             parameters: (&[parameter(None), parameter(Some([0.4, 0.1]))], &[0.9, 0.6]),
             variables: &[Variable::Parameter(0), Variable::Light { photograph: 1, axis: 1, sigma: 1.5 }],

@@ -1,20 +1,9 @@
-//! The model's period laid on that of the close-up: where in it the picture begins, and what each place of it then shows.
+//! The model's period registered with that of the close-up: where in it the picture begins, and what each place of it then shows.
 
 use crate::photograph::mean_period::MeanPeriod;
 use crate::residuals::equations::huber_weight;
-
-/// Places a coarse look leaves out between two, along x and y.
-const COARSE: usize = 2;
-/// Places that may be the best one, at most, and the share of the best likeness that they have.
-const PEAKS: usize = 2;
-const PEAK: f64 = 0.3;
-/// Brightness that colours are flattened against, as a share of the mean.
-const FLAT: f64 = 0.2;
-/// Steps to the best place, at most, and the longest one, in places.
-const STEPS: usize = 4;
-const LONGEST: f64 = 1.0;
-/// A step that ends the search, in places.
-const SETTLED: f64 = 1e-3;
+use crate::residuals::params::PARAMS;
+use biscale::numerics::cast::truncate_usize;
 
 /// For each place the first pixel and the weights from it on.
 type Axis = Vec<(usize, Vec<f64>)>;
@@ -36,8 +25,7 @@ impl Windows {
             let window = |place: usize| {
                 let from = (place as f64 * width + (shift[k] - shift[k].floor()) * pixels as f64).rem_euclid(pixels as f64);
                 let to = from + width;
-                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "places in a picture")]
-                let (first, last) = (from as usize, to as usize + 1);
+                let (first, last) = (truncate_usize(from), truncate_usize(to) + 1);
                 let weight = |p: usize| {
                     if is_slope {
                         // What comes in at the end less what goes out at the beginning.
@@ -96,7 +84,7 @@ impl Windows {
 
 /// A colour of which highlights and shades have taken away less, against a brightness `bright` (the sum of channels).
 pub fn flattened(v: [f64; 3], bright: f64) -> [f64; 3] {
-    let sum = v.iter().sum::<f64>() + FLAT * bright;
+    let sum = v.iter().sum::<f64>() + PARAMS.flattening * bright;
     if sum > 0.0 { v.map(|v| v / sum) } else { [0.0; 3] }
 }
 
@@ -107,7 +95,7 @@ fn flat(picture: &[[f64; 3]]) -> Vec<[f64; 3]> {
 
 /// The shifts, in periods, at which `picture`, of the view's pixels, is most like the mean period, the best first: a weave that is shifted by half a period looks much like itself.
 pub fn coarse(picture: &[[f64; 3]], pixels: usize, mean: &MeanPeriod) -> Vec<[f64; 2]> {
-    let size = mean.size.map(|n| n.div_ceil(COARSE));
+    let size = mean.size.map(|n| n.div_ceil(PARAMS.coarse_places));
     let own = flat(&Windows::new(pixels, size, [0.0; 2]).of(picture));
     let seen = flat(&mean.mean);
     let mut other = vec![([0.0; 3], 0.0); size[0] * size[1]];
@@ -139,8 +127,8 @@ pub fn coarse(picture: &[[f64; 3]], pixels: usize, mean: &MeanPeriod) -> Vec<[f6
     let mut peaks: Vec<usize> = (0..products.len()).filter(is_peak).collect();
     peaks.sort_by(|&a, &b| products[b].total_cmp(&products[a]).then(a.cmp(&b)));
     let best = peaks.first().map_or(0.0, |&p| products[p]);
-    let is_good = |at: &usize| products[*at] > PEAK * best;
-    let places = peaks.into_iter().filter(is_good).take(PEAKS);
+    let is_good = |at: &usize| products[*at] > PARAMS.shift_peak * best;
+    let places = peaks.into_iter().filter(is_good).take(PARAMS.shift_peaks);
     let found: Vec<[f64; 2]> = places.map(|at| [(at % size[0]) as f64 / size[0] as f64, (at / size[0]) as f64 / size[1] as f64]).collect();
     if found.is_empty() { vec![[0.0; 2]] } else { found }
 }
@@ -148,7 +136,7 @@ pub fn coarse(picture: &[[f64; 3]], pixels: usize, mean: &MeanPeriod) -> Vec<[f6
 /// The shift near `shift` at which `picture` is nearest to the mean period, `sigma` the standard deviation of each place: steps of Gauss and Newton.
 pub fn refined(picture: &[[f64; 3]], pixels: usize, mean: &MeanPeriod, sigma: &[[f64; 3]], mut shift: [f64; 2]) -> [f64; 2] {
     let moves = [0, 1].map(|k| mean.size[k] > 1);
-    for _ in 0..STEPS {
+    for _ in 0..PARAMS.shift_steps {
         let [here, x, y] = Windows::new(pixels, mean.size, shift).with_slopes(picture);
         let slopes = [&x, &y];
         let (mut gram, mut rhs) = ([[1e-30, 0.0], [0.0, 1e-30]], [0.0; 2]);
@@ -171,12 +159,12 @@ pub fn refined(picture: &[[f64; 3]], pixels: usize, mean: &MeanPeriod, sigma: &[
         };
         let mut longest: f64 = 0.0;
         for k in (0..2).filter(|&k| moves[k]) {
-            let limit = LONGEST / mean.size[k] as f64;
+            let limit = PARAMS.longest_shift / mean.size[k] as f64;
             let step = step[k].clamp(-limit, limit);
             shift[k] += step;
             longest = longest.max((step * mean.size[k] as f64).abs());
         }
-        if longest < SETTLED {
+        if longest < PARAMS.settled_shift {
             break;
         }
     }

@@ -4,23 +4,18 @@
 //! The rays keep their places in the period while the surface changes, so that what is found moves smoothly with the parameters.
 
 use crate::photograph::close_up::{self, DARK};
+use crate::residuals::params::PARAMS;
 use biscale::brdf::Brdf;
 use biscale::direction::Pair;
 use biscale::error::Result;
 use biscale::filter::Control;
 use biscale::filter::{Slot, basis_brdf, basis_tint};
 use biscale::material::SmallScale;
+use biscale::numerics::cast::{truncate_i64, truncate_usize};
 use biscale::numerics::low_discrepancy::{fraction, hash};
 use biscale::visibility::{Occlusion, PeriodicBvh, Traced};
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
-
-/// Rounds of the sorting, at most.
-const ROUNDS: usize = 8;
-/// Places along a period at which corners count as one.
-const GRID: f64 = 1e6;
-/// Blur, in pixels of the view, that is not worth the work.
-const SHARP: f64 = 0.2;
 
 /// One period.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,7 +27,7 @@ pub struct TileView {
     /// Height of what each pixel shows, below all where it shows nothing.
     heights: Vec<f64>,
     /// By slot and pixel the radiance over irradiance when that colour is 1.
-    pub(crate) shares: Vec<Vec<[f64; 3]>>,
+    pub(crate) basis: Vec<Vec<[f64; 3]>>,
 }
 
 /// How a period is looked at.
@@ -50,9 +45,9 @@ pub struct ViewParams {
     pub seed: u32,
 }
 
-/// Pixels of one kind, as [`close_up::Kind`] has them; light and tones in shares of each slot.
+/// Pixels of one cluster, as [`close_up::ColourCluster`] has them; light and tones in shares of each slot.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Part {
+pub struct ClusterView {
     /// Share of the picture, without what is dark.
     pub cover: f64,
     /// By slot the sum of the shares of its pixels over the number of all pixels.
@@ -81,7 +76,7 @@ impl TileView {
         let mut view = Self {
             size,
             covers: vec![vec![0.0; size * size]; small.surfaces.len()],
-            shares: vec![vec![[0.0; 3]; size * size]; slots.len()],
+            basis: vec![vec![[0.0; 3]; size * size]; slots.len()],
             heights: vec![f64::NEG_INFINITY; size * size],
         };
         let spread = pairs.len().isqrt();
@@ -115,7 +110,7 @@ impl TileView {
                     continue;
                 }
                 for ((shares, slot), (brdf, tint)) in
-                    view.shares.iter_mut().zip(slots).zip(&brdfs).filter(|((_, s), _)| s.surface == surface)
+                    view.basis.iter_mut().zip(slots).zip(&brdfs).filter(|((_, s), _)| s.surface == surface)
                 {
                     debug_assert_eq!(slot.surface, surface);
                     let fr = brdf.eval(normal, pair.wi, pair.wo);
@@ -126,39 +121,39 @@ impl TileView {
         for cover in &mut view.covers {
             smooth(cover, size, &kernels(blur, size), |sum: &mut f64, weight, v| *sum += weight * v);
         }
-        for shares in &mut view.shares {
+        for shares in &mut view.basis {
             smooth_colours(shares, size, blur);
         }
         Ok(view)
     }
 
-    /// The pixels sorted into kinds as those of the photograph: by colour if `by_colour`, else by the surface that each shows most of. `choice`
-    /// is the surface of each kind, none if all pixels are of one; `radiance` what each slot's share is multiplied by.
-    pub fn sorted(&self, radiance: &[[f64; 3]], choice: Option<&[usize]>, by_colour: bool) -> Vec<Part> {
+    /// The pixels sorted into clusters as those of the photograph: by colour if `by_colour`, else by the surface that each shows most of. `choice`
+    /// is the surface of each cluster, none if all pixels are of one; `radiance` what each slot's share is multiplied by.
+    pub fn sorted(&self, radiance: &[[f64; 3]], choice: Option<&[usize]>, by_colour: bool) -> Vec<ClusterView> {
         let count = self.size * self.size;
         let pixels = self.picture(radiance);
         let brightness: Vec<f64> = pixels.iter().map(|p| p.iter().sum()).collect();
         let mut order: Vec<usize> = (0..count).collect();
         order.sort_by(|&a, &b| brightness[a].total_cmp(&brightness[b]).then(a.cmp(&b)));
         let dark = DARK * brightness[order[close_up::bright_place(count)]];
-        let kinds = choice.map_or(1, <[usize]>::len);
+        let clusters = choice.map_or(1, <[usize]>::len);
         let mut labels = vec![0; count];
         if let Some(choice) = choice {
             for (at, label) in labels.iter_mut().enumerate() {
                 let most = |&a: &usize, &b: &usize| self.covers[choice[a]][at].total_cmp(&self.covers[choice[b]][at]).then(b.cmp(&a));
-                *label = (0..kinds).max_by(most).unwrap_or(0);
+                *label = (0..clusters).max_by(most).unwrap_or(0);
             }
-            if by_colour && let Some(better) = close_up::sort_from(&pixels, &labels, kinds, dark, ROUNDS) {
+            if by_colour && let Some(better) = close_up::sort_from(&pixels, &labels, clusters, dark, PARAMS.view_cluster_rounds) {
                 labels = better;
             }
         }
-        (0..kinds).map(|k| self.part(&order, &|at| labels[at] == k, &|at| brightness[at] > dark)).collect()
+        (0..clusters).map(|k| self.part(&order, &|at| labels[at] == k, &|at| brightness[at] > dark)).collect()
     }
 
     /// The period where `radiance` is what each slot's share is multiplied by.
     pub fn picture(&self, radiance: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let mut pixels = vec![[0.0; 3]; self.size * self.size];
-        for (shares, colour) in self.shares.iter().zip(radiance) {
+        for (shares, colour) in self.basis.iter().zip(radiance) {
             for (pixel, share) in pixels.iter_mut().zip(shares) {
                 (0..3).for_each(|c| pixel[c] += colour[c] * share[c]);
             }
@@ -193,8 +188,8 @@ impl TileView {
     }
 
     /// The mean share of a slot where its surface is seen.
-    pub fn mean_share(&self, slot: usize, surface: usize) -> f64 {
-        let light: f64 = self.shares[slot].iter().flatten().sum::<f64>() / 3.0;
+    pub fn mean_basis(&self, slot: usize, surface: usize) -> f64 {
+        let light: f64 = self.basis[slot].iter().flatten().sum::<f64>() / 3.0;
         light / self.covers[surface].iter().sum::<f64>().max(1e-9)
     }
 
@@ -202,19 +197,19 @@ impl TileView {
     pub fn whole_light(&self) -> Vec<[f64; 3]> {
         let count = (self.size * self.size) as f64;
         let light = |shares: &Vec<[f64; 3]>| std::array::from_fn(|c| shares.iter().map(|s| s[c]).sum::<f64>() / count);
-        self.shares.iter().map(light).collect()
+        self.basis.iter().map(light).collect()
     }
 
-    fn part(&self, order: &[usize], is_own: &dyn Fn(usize) -> bool, is_bright: &dyn Fn(usize) -> bool) -> Part {
+    fn part(&self, order: &[usize], is_own: &dyn Fn(usize) -> bool, is_bright: &dyn Fn(usize) -> bool) -> ClusterView {
         let count = order.len() as f64;
         let own: Vec<usize> = order.iter().copied().filter(|&at| is_own(at)).collect();
         let bright: Vec<usize> = own.iter().copied().filter(|&at| is_bright(at)).collect();
         let light = |shares: &Vec<[f64; 3]>| std::array::from_fn(|c| own.iter().map(|&at| shares[at][c]).sum::<f64>() / count);
         let tones = |shares: &Vec<[f64; 3]>| close_up::tones(bright.iter().map(|&at| (1.0, shares[at])));
-        Part {
+        ClusterView {
             cover: bright.len() as f64 / count,
-            light: self.shares.iter().map(light).collect(),
-            tones: self.shares.iter().map(tones).collect(),
+            light: self.basis.iter().map(light).collect(),
+            tones: self.basis.iter().map(tones).collect(),
         }
     }
 }
@@ -226,11 +221,11 @@ impl Normals {
     fn new(small: &SmallScale) -> Self {
         let tile = &small.tile;
         // A thread that leaves the tile on one side comes back on the other.
-        let wrapped = |v: f64, period: f64| ((v / period).rem_euclid(1.0) * GRID).round() % GRID;
+        let wrapped = |v: f64, period: f64| ((v / period).rem_euclid(1.0) * PARAMS.corner_grid).round() % PARAMS.corner_grid;
         let key = |p: DVec3, surface: u16| {
-            let high = p.z / tile.period.max_element() * GRID;
-            #[expect(clippy::cast_possible_truncation, reason = "places on a grid")]
-            [wrapped(p.x, tile.period.x) as i64, wrapped(p.y, tile.period.y) as i64, high.round() as i64, i64::from(surface)]
+            let high = p.z / tile.period.max_element() * PARAMS.corner_grid;
+            let [x, y, z] = [wrapped(p.x, tile.period.x), wrapped(p.y, tile.period.y), high.round()].map(truncate_i64);
+            [x, y, z, i64::from(surface)]
         };
         let corners = || small.surface_of_triangle.iter().enumerate().map(|(t, &surface)| (tile.corners(t), surface));
         let mut sums: FxHashMap<[i64; 4], DVec3> = FxHashMap::default();
@@ -251,11 +246,10 @@ impl Normals {
 
 /// Weights of a Gaussian from its middle outward.
 fn kernel(sigma: f64) -> Vec<f64> {
-    if sigma < SHARP {
+    if sigma < PARAMS.sharp {
         return vec![1.0];
     }
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "blurs of pictures")]
-    let reach = (3.0 * sigma).ceil() as usize;
+    let reach = truncate_usize((3.0 * sigma).ceil());
     let weights: Vec<f64> = (0..=reach).map(|k| (-0.5 * (k as f64 / sigma).powi(2)).exp()).collect();
     let total = 2.0 * weights.iter().sum::<f64>() - weights[0];
     weights.into_iter().map(|w| w / total).collect()
@@ -310,7 +304,7 @@ mod tests {
         Material::parse(&Source { path: "t.toml".into(), text: text.to_owned() }).unwrap().build().unwrap()
     }
 
-    fn view(blur: f64) -> Vec<Part> {
+    fn view(blur: f64) -> Vec<ClusterView> {
         let cancel = std::sync::atomic::AtomicBool::new(false);
         let control = Control { cancel: &cancel, progress: &|_, _| {}, clock: &|| 0.0 };
         let small = grooves();
@@ -336,7 +330,7 @@ mod tests {
     fn blur_moves_light_between_kinds_and_loses_none() {
         let (sharp, soft) = (view(0.0), view(0.04));
         for slot in 0..3 {
-            let all = |parts: &[Part]| parts.iter().map(|p| p.light[slot][0]).sum::<f64>();
+            let all = |parts: &[ClusterView]| parts.iter().map(|p| p.light[slot][0]).sum::<f64>();
             assert!((all(&sharp) / all(&soft) - 1.0).abs() < 1e-9);
             assert!(soft[slot].light[slot][0] < 0.97 * sharp[slot].light[slot][0]);
         }

@@ -1,4 +1,4 @@
-//! What a fit looks for: the numbers that the search moves, and the colours and veils that are solved for.
+//! What a fit looks for: the numbers that the search moves, and the colours and stray-light offsets that are solved for.
 
 use crate::fit_file::spec::Spec;
 use biscale::brdf::Brdf;
@@ -42,8 +42,8 @@ pub struct Unknown {
 pub enum UnknownKind {
     /// A colour of the fit file, by its place there; in one channel, or in all.
     Colour(usize, Option<usize>),
-    /// The veil of a distant photograph in a channel.
-    Veil(usize, usize),
+    /// The stray-light offset of a distant photograph in a channel.
+    StrayLight(usize, usize),
     /// The irradiance that the fit file gives of the close-up over the true one.
     Exposure,
 }
@@ -51,7 +51,7 @@ pub enum UnknownKind {
 /// Bounds of [`UnknownKind::Exposure`].
 const EXPOSURES: [f64; 2] = [1e-2, 1e2];
 
-/// The unknowns of a fit, in the order of the file: colours by channel, then veils of the `distant` photographs, then the exposure of the close-up if it `scales`.
+/// The unknowns of a fit, in the order of the file: colours by channel, then stray-light offsets of the `distant` photographs, then the exposure of the close-up if it `scales`.
 pub fn unknowns(spec: &Spec, distant: usize, scales: bool) -> Vec<Unknown> {
     const CHANNELS: [&str; 3] = ["red", "green", "blue"];
     let mut unknowns = Vec::new();
@@ -66,11 +66,11 @@ pub fn unknowns(spec: &Spec, distant: usize, scales: bool) -> Vec<Unknown> {
             }));
         }
     }
-    if spec.veil {
+    if spec.stray_light {
         for p in 0..distant {
             unknowns.extend((0..3).map(|c| Unknown {
                 name: format!("veil {} {}", p + 1, CHANNELS[c]),
-                kind: UnknownKind::Veil(p, c),
+                kind: UnknownKind::StrayLight(p, c),
                 bounds: [0.0, 1e9],
             }));
         }

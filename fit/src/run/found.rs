@@ -24,15 +24,15 @@ pub(super) fn found(spec: &Spec, variant: &Variant, state: &State, unknowns: &[U
     all
 }
 
-/// Veil of a distant photograph.
-pub(super) fn veil(unknowns: &[Unknown], linear: &[f64], photograph: usize) -> [f64; 3] {
-    let mut veil = [0.0; 3];
+/// Stray-light offset of a distant photograph.
+pub(super) fn stray_light(unknowns: &[Unknown], linear: &[f64], photograph: usize) -> [f64; 3] {
+    let mut stray_light = [0.0; 3];
     for (unknown, &value) in unknowns.iter().zip(linear) {
-        if let UnknownKind::Veil(p, c) = unknown.kind
+        if let UnknownKind::StrayLight(p, c) = unknown.kind
             && p == photograph
         {
-            veil[c] = value;
+            stray_light[c] = value;
         }
     }
-    veil
+    stray_light
 }

@@ -1,5 +1,6 @@
 //! The whole fit: photographs in, material out, with all that says how far to trust it.
 
+mod comparison;
 mod finish;
 mod found;
 mod options;

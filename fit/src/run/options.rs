@@ -4,11 +4,14 @@ use crate::residuals::input::Level;
 use crate::search::optimise::Optimiser;
 
 /// The model while all starts explore.
-pub const COARSE: Level = Level { samples: 1024, cells: 48 };
+pub const COARSE: Level = Level { samples: 1024, bins: 48 };
 /// The model that the best of them refine.
-pub const FINE: Level = Level { samples: 4096, cells: 144 };
+pub const FINE: Level = Level { samples: 4096, bins: 144 };
 /// Samples of the last look.
 pub const POLISH_SAMPLES: u32 = 8192;
+
+/// Share of the progress that is told of a fit when the search ends. Chosen, not measured.
+pub(super) const SEARCH_SHARE: f64 = 0.8;
 
 /// What the caller wants.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,17 +2,18 @@
 
 use crate::fit_file::material_text::MaterialText;
 use crate::photograph::close_up::CloseUp;
-use crate::photograph::direction_bins::Cells;
+use crate::photograph::direction_bins::DirectionBins;
 use crate::photograph::image::Photograph;
 use crate::residuals::model::Model;
 use crate::search::{Entry, Stage, Start};
 use crate::uncertainty::identify::Identified;
 use crate::uncertainty::profile::Profile;
-use crate::verdict::picture::Picture;
+use crate::verdict::picture::RenderedPhotograph;
 use crate::verdict::validate::Validation;
 use biscale::error::Result;
 use biscale::filter::Control;
 use biscale::material::Material;
+use biscale::numerics::cast::narrow;
 use serde::Serialize;
 
 /// A photograph beside the fitted material, as the same camera would see it.
@@ -21,10 +22,10 @@ pub struct Compared {
     /// Which photograph of the fit file.
     pub photograph: Photograph,
     /// The material.
-    pub picture: Picture,
+    pub picture: RenderedPhotograph,
     /// Pixels that are compared.
     pub used: Vec<u32>,
-    /// Relative RMS difference over the cells of directions.
+    /// Relative RMS difference over the bins of directions.
     pub relative_rms: f64,
     /// The same over single pixels.
     pub pixel_relative_rms: f64,
@@ -45,7 +46,7 @@ pub struct Outcome {
     pub profiles: Vec<Profile>,
     /// Mean squared residual, Huber's; 1 is the noise.
     pub objective: f64,
-    /// Relative RMS difference over the cells of the distant photographs.
+    /// Relative RMS difference over the bins of the distant photographs.
     pub training: f64,
     /// The starts, those that were refined with their last state, best first.
     pub starts: Vec<Start>,
@@ -59,8 +60,8 @@ pub struct Outcome {
     pub best: Vec<f64>,
     /// What the close-up says.
     pub close_up: Option<CloseUp>,
-    /// Cells of the distant photographs.
-    pub cells: Vec<Cells>,
+    /// Direction bins of the distant photographs.
+    pub bins: Vec<DirectionBins>,
     /// Distant photographs beside the fitted material.
     pub compared: Vec<Compared>,
     /// Held-out photographs beside it.
@@ -100,21 +101,18 @@ pub struct Better<'a> {
 }
 
 impl Better<'_> {
-    /// What the model shows of a distant photograph: each pixel of a cell has that cell's radiance; `None` for the other pixels.
+    /// What the model shows of a distant photograph: each pixel of a bin has that bin's radiance; `None` for the other pixels.
     ///
     /// # Errors
     /// Those of the model.
     pub fn picture(&self, photograph: usize, control: &Control<'_>) -> Result<Option<Vec<[f32; 3]>>> {
         let Some(evaluated) = self.model.evaluate(self.point, control)? else { return Ok(None) };
         let image = &self.photographs[photograph].image;
-        let cells = &self.model.input.photographs[photograph];
+        let bins = &self.model.input.photographs[photograph];
         let mut rgb = vec![[f32::NAN; 3]; image.rgb.len()];
-        for (members, value) in cells.members.iter().zip(evaluated.predicted(photograph, cells)) {
+        for (members, value) in bins.members.iter().zip(evaluated.predicted(photograph, bins)) {
             for &pixel in members {
-                #[expect(clippy::cast_possible_truncation, reason = "pictures are in f32")]
-                {
-                    rgb[pixel as usize] = value.map(|v| v as f32);
-                }
+                rgb[pixel as usize] = value.map(narrow);
             }
         }
         Ok(Some(rgb))

@@ -4,7 +4,7 @@ use super::options::{COARSE, FINE};
 use crate::fit_file::spec::Spec;
 use crate::fit_file::variant::{Variants, own_sides};
 use crate::photograph::close_up::CloseUp;
-use crate::photograph::direction_bins::{Cells, Sight, scene_of, sights};
+use crate::photograph::direction_bins::{DirectionBins, Sight, scene_of, sights};
 use crate::photograph::image::{Photograph, Role};
 use crate::photograph::mean_period;
 use crate::residuals::unknowns;
@@ -20,8 +20,8 @@ use serde::Serialize;
 pub(super) struct Prepared<'a> {
     pub(super) spec: &'a Spec,
     pub(super) distant: Vec<&'a Photograph>,
-    pub(super) coarse: Vec<Cells>,
-    pub(super) fine: Vec<Cells>,
+    pub(super) coarse: Vec<DirectionBins>,
+    pub(super) fine: Vec<DirectionBins>,
     pub(super) close_up: Option<CloseUp>,
     pub(super) opaque: bool,
     pub(super) start: SmallScale,
@@ -31,7 +31,7 @@ pub(super) struct Prepared<'a> {
 /// Where the photographs of a fit file can be used, without a search: what `check` says.
 #[derive(Clone, Debug, Serialize)]
 pub struct Survey {
-    /// For each distant photograph its file, the pixels that can be used, and the cells of the fine model.
+    /// For each distant photograph its file, the pixels that can be used, and the bins of the fine model.
     pub distant: Vec<(String, usize, usize)>,
     /// What the close-up says.
     pub close_up: Option<CloseUp>,
@@ -51,12 +51,7 @@ pub fn survey(spec: &Spec, control: &Control<'_>) -> Result<Survey> {
     let prepared = Prepared::new(spec, control)?;
     let unknowns = unknowns::unknowns(spec, prepared.distant.len(), prepared.close_up.as_ref().is_some_and(CloseUp::scales));
     Ok(Survey {
-        distant: prepared
-            .distant
-            .iter()
-            .zip(&prepared.fine)
-            .map(|(p, c)| (p.file.display().to_string(), c.pixels, c.cells.len()))
-            .collect(),
+        distant: prepared.distant.iter().zip(&prepared.fine).map(|(p, c)| (p.file.display().to_string(), c.pixels, c.bins.len())).collect(),
         variables: unknowns::variables(spec).iter().map(|v| v.name(spec, &unknowns)).collect(),
         unknowns: unknowns.into_iter().map(|u| u.name).collect(),
         close_up: prepared.close_up,
@@ -80,8 +75,8 @@ impl<'a> Prepared<'a> {
         let (mut coarse, mut fine) = (Vec::new(), Vec::new());
         for photograph in &distant {
             let sights = look(photograph, spec, &start);
-            coarse.push(Cells::new(photograph, &sights, (COARSE.cells / distant.len()).max(8))?);
-            fine.push(Cells::new(photograph, &sights, (FINE.cells / distant.len()).max(8))?);
+            coarse.push(DirectionBins::new(photograph, &sights, (COARSE.bins / distant.len()).max(8))?);
+            fine.push(DirectionBins::new(photograph, &sights, (FINE.bins / distant.len()).max(8))?);
             control.check()?;
         }
         let colours: Vec<[f64; 3]> = (0..start.surfaces.len()).map(|s| surface_colour(&start, s)).collect();

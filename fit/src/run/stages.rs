@@ -6,29 +6,66 @@ use super::prepared::Prepared;
 use super::stopwatch::Stopwatch;
 use crate::fit_file::variant::{Variant, Variants};
 use crate::parallel::in_parallel;
-use crate::photograph::direction_bins::Cells;
+use crate::photograph::direction_bins::DirectionBins;
 use crate::residuals::indirect::indirect;
 use crate::residuals::input::{Indirect, ModelInput, Sampling, material_values};
 use crate::residuals::model::Model;
 use crate::residuals::unknowns;
 use crate::search::optimise::{Limits, Optimiser};
-use crate::search::{self, APART, Shared, Stage, Start, Task};
+use crate::search::{self, APART, SearchShared, Stage, Start, Task};
 use biscale::error::{Error, Result};
 use biscale::filter::Control;
+use biscale::numerics::cast::halves;
 use std::sync::Arc;
 
-/// How often light between threads is traced where none is known.
+/// How often interreflections is traced where none is known.
 const FIRST_TURNS: usize = 3;
 /// Starts that are refined.
 const REFINED: usize = 3;
 /// Objective of the coarse model from which on surfaces that the start material's colours rule out are tried as well.
 const AT_A_LOSS: f64 = 4.0;
 
+/// Distance, in any coordinate, below which two starts of one variant ended in the same place: a third of what makes two minima two.
+const SAME_PLACE: f64 = 0.3 * APART;
+
+/// How one stage searches.
+#[derive(Clone, Copy, Debug)]
+struct StageParams {
+    /// Size of the first simplex, or longest step of a descent, over the range.
+    step: f64,
+    /// Most evaluations: in all, and more for each dimension.
+    evaluations: [usize; 2],
+    /// Size of the simplices that confirm a minimum; 0 for none.
+    confirm: f64,
+}
+
+/// How the stages search.
+#[derive(Clone, Copy, Debug)]
+struct StagesParams {
+    /// All starts, on the coarse model.
+    explore: StageParams,
+    /// The best starts, on the fine model.
+    refine: StageParams,
+    /// All starts on the fine model, where nothing was explored before.
+    refine_alone: StageParams,
+    /// The best start, with more samples.
+    polish: StageParams,
+}
+
+/// Chosen, not measured one by one; what tolerances and optimisers buy with them is in `docs/fit.md` (`cargo bench --bench fit_trade`). Wider
+/// first simplices leave the valley that a start stands in; fewer evaluations end searches before their points come together.
+const STAGES: StagesParams = StagesParams {
+    explore: StageParams { step: 0.2, evaluations: [60, 25], confirm: 0.0 },
+    refine: StageParams { step: 0.08, evaluations: [100, 35], confirm: 0.04 },
+    refine_alone: StageParams { step: 0.2, evaluations: [200, 80], confirm: 0.05 },
+    polish: StageParams { step: 0.1, evaluations: [40, 10], confirm: 0.0 },
+};
+
 /// A search.
 pub(super) struct Search<'a> {
     pub(super) prepared: &'a Prepared<'a>,
     pub(super) options: &'a Options,
-    pub(super) shared: &'a Shared<'a>,
+    pub(super) shared: &'a SearchShared<'a>,
 }
 
 /// What the search leaves.
@@ -41,23 +78,23 @@ pub(super) struct Searched {
 
 impl Search<'_> {
     /// The model of one start.
-    fn model<'m>(&'m self, cells: &'m [Cells], samples: u32, start: &'m Start, variants: &'m [Variant]) -> Result<Model<'m>> {
-        model_of(self.prepared, self.options, cells, samples, start, &variants[start.choice], self.shared.control)
+    fn model<'m>(&'m self, bins: &'m [DirectionBins], samples: u32, start: &'m Start, variants: &'m [Variant]) -> Result<Model<'m>> {
+        model_of(self.prepared, self.options, bins, samples, start, &variants[start.choice], self.shared.control)
     }
 
     fn limits(&self, stage: Stage, dimensions: usize) -> (Limits, f64) {
         let effort = self.options.effort;
-        let (k, step, evaluations, confirm) = match stage {
-            Stage::Explore => (0, 0.2, 60 + 25 * dimensions, 0.0),
-            Stage::Refine if !effort.coarse_first => (1, 0.2, 200 + 80 * dimensions, 0.05),
-            Stage::Refine => (1, 0.08, 100 + 35 * dimensions, 0.04),
-            Stage::Polish => (1, 0.1, 40 + 10 * dimensions, 0.0),
+        let (k, StageParams { step, evaluations: [least, each], confirm }) = match stage {
+            Stage::Explore => (0, STAGES.explore),
+            Stage::Refine if !effort.coarse_first => (1, STAGES.refine_alone),
+            Stage::Refine => (1, STAGES.refine),
+            Stage::Polish => (1, STAGES.polish),
         };
-        (Limits { step, size: effort.size[k], cost: effort.cost[k], evaluations }, confirm)
+        (Limits { step, size: effort.size[k], cost: effort.cost[k], evaluations: least + each * dimensions }, confirm)
     }
 
     /// One stage of some starts; the best first.
-    fn stage(&self, stage: Stage, cells: &[Cells], samples: u32, starts: &[Start], variants: &[Variant]) -> Result<Vec<Start>> {
+    fn stage(&self, stage: Stage, bins: &[DirectionBins], samples: u32, starts: &[Start], variants: &[Variant]) -> Result<Vec<Start>> {
         let dimensions = starts.first().map_or(0, |s| s.point.len());
         let (limits, confirm) = self.limits(stage, dimensions);
         self.shared.begin_stage(starts.len() * limits.evaluations * 2 / 3);
@@ -66,7 +103,7 @@ impl Search<'_> {
         let optimiser = if descends { Optimiser::Lm } else { optimiser };
         let task = Task { stage, optimiser, limits, confirm, seed: self.options.seed };
         let one = |start: &Start| {
-            let model = match self.model(cells, samples, start, variants) {
+            let model = match self.model(bins, samples, start, variants) {
                 // A start that was not begun is no reason to lose what the others have found.
                 Err(Error::Interrupted) => return Ok(Start { objective: f64::INFINITY, ..start.clone() }),
                 model => model?,
@@ -93,7 +130,7 @@ impl Search<'_> {
             converged: false,
             restarts: 0,
             choice: 0,
-            laid: None,
+            registration: None,
             indirect: None,
         };
         let own = self.model(&prepared.coarse, COARSE.samples, &blank, variants)?;
@@ -161,7 +198,7 @@ impl Search<'_> {
                 Ok((model.registration(), evaluations))
             });
             match settled {
-                Ok((laid, evaluations)) => Ok(Start { laid, evaluations, ..start.clone() }),
+                Ok((registration, evaluations)) => Ok(Start { registration, evaluations, ..start.clone() }),
                 // Whoever stops the search wants what it has found.
                 Err(Error::Interrupted) => Ok(start.clone()),
                 Err(error) => Err(error),
@@ -170,7 +207,7 @@ impl Search<'_> {
         in_parallel(&starts, |_, start| one(start))
     }
 
-    /// A start with the light between threads that it has where it stands. That answers to the colours, and these to it: both are found by `turns`.
+    /// A start with the interreflections that it has where it stands. That answers to the colours, and these to it: both are found by `turns`.
     fn lit(&self, mut start: Start, turns: usize, variants: &[Variant]) -> Result<Start> {
         for _ in 0..turns {
             match self.indirect(&start, variants) {
@@ -183,7 +220,7 @@ impl Search<'_> {
         Ok(start)
     }
 
-    /// The light between threads at a start, with the colours that go with what is known of it; `None` where its numbers make no surface.
+    /// The interreflections at a start, with the colours that go with what is known of it; `None` where its numbers make no surface.
     fn indirect(&self, start: &Start, variants: &[Variant]) -> Result<Option<Indirect>> {
         let (prepared, control) = (self.prepared, self.shared.control);
         let model = self.model(&prepared.fine, COARSE.samples, start, variants)?;
@@ -205,7 +242,7 @@ fn choose(starts: Vec<Start>, variants: &[Variant], most: usize) -> (Vec<Start>,
     let sides = |start: &Start| variants[start.choice].sides;
     for one_each in [true, false] {
         for start in &starts {
-            let is_near = |other: &Start| other.choice == start.choice && distance(&other.point, &start.point) < 0.3 * APART;
+            let is_near = |other: &Start| other.choice == start.choice && distance(&other.point, &start.point) < SAME_PLACE;
             let is_first = !chosen.iter().any(|other| sides(other) == sides(start));
             if chosen.len() < most && (is_first || !one_each) && !chosen.iter().any(is_near) {
                 chosen.push(start.clone());
@@ -225,18 +262,17 @@ pub(super) fn distance(a: &[f64], b: &[f64]) -> f64 {
 pub(super) fn model_of<'m>(
     prepared: &'m Prepared<'_>,
     options: &Options,
-    cells: &'m [Cells],
+    bins: &'m [DirectionBins],
     samples: u32,
     start: &'m Start,
     variant: &'m Variant,
     control: &Control<'_>,
 ) -> Result<Model<'m>> {
     let spec = prepared.spec;
-    #[expect(clippy::cast_possible_truncation, reason = "all of the seed is used")]
-    let seed = biscale::numerics::random::hash_64(options.seed ^ (start.number as u64) << 32) as u32;
+    let [_, seed] = halves(biscale::numerics::random::hash_64(options.seed ^ (start.number as u64) << 32));
     let input = ModelInput {
         spec,
-        photographs: cells,
+        photographs: bins,
         close_up: prepared.close_up.as_ref(),
         variant,
         indirect: start.indirect.as_deref(),
@@ -261,7 +297,7 @@ pub(super) fn model_of<'m>(
             Err(error) => return Err(error),
         }
     }
-    if let Some(registration) = start.laid {
+    if let Some(registration) = start.registration {
         model.register(registration);
     }
     Ok(model)

@@ -8,7 +8,7 @@ use super::stages::Search;
 use super::stopwatch::Stopwatch;
 use crate::fit_file::spec::Spec;
 use crate::residuals::model::Model;
-use crate::search::{Entry, Memory, Shared};
+use crate::search::{Entry, Memory, SearchShared};
 use biscale::error::Result;
 use biscale::filter::Control;
 
@@ -35,7 +35,7 @@ pub fn fit(
         let Entry { stage, objective, point, .. } = entry;
         better(&Better { stage: *stage, objective: *objective, point, model, photographs: &prepared.distant });
     };
-    let shared = Shared::new(control, deadline, memory, &told);
+    let shared = SearchShared::new(control, deadline, memory, &told);
     let found = Search { prepared: &prepared, options, shared: &shared }.run(&mut watch)?;
     finish::finish(&prepared, options, &shared, found, watch)
 }

@@ -7,15 +7,9 @@ use crate::bounded_least_squares::{cholesky, cholesky_solve};
 use crate::residuals::derivatives::{self, Derivatives};
 use crate::residuals::equations::Evaluated;
 use crate::residuals::model::Model;
-use crate::search::optimise::{Found, Limits};
+use crate::search::optimise::{Limits, Minimum};
+use crate::search::params::PARAMS;
 use biscale::error::Result;
-
-/// Damping at the beginning, as a share of the diagonal, and its change where a step fails or succeeds.
-const DAMPING: f64 = 1e-2;
-const HARDER: f64 = 10.0;
-const EASIER: f64 = 0.2;
-/// Most tries of one step.
-const TRIES: usize = 4;
 
 /// Evaluations that a descent asks for, all at once where they do not depend on each other.
 pub trait Evaluate {
@@ -30,13 +24,13 @@ pub trait Evaluate {
 ///
 /// # Errors
 /// Those of the evaluations; what was best before is known to these.
-pub fn descend(model: &Model<'_>, start: &[f64], limits: Limits, evaluate: &dyn Evaluate) -> Result<Found> {
-    let mut found = Found { point: start.to_vec(), objective: f64::INFINITY, evaluations: 1, converged: false, restarts: 0 };
+pub fn descend(model: &Model<'_>, start: &[f64], limits: Limits, evaluate: &dyn Evaluate) -> Result<Minimum> {
+    let mut found = Minimum { point: start.to_vec(), objective: f64::INFINITY, evaluations: 1, converged: false, restarts: 0 };
     let Some(mut here) = evaluate.evaluate(std::slice::from_ref(&found.point), None)?.remove(0) else { return Ok(found) };
     found.objective = here.objective;
-    let mut damping = DAMPING;
+    let mut damping = PARAMS.damping;
     loop {
-        let sides = derivatives::sides(&found.point);
+        let sides = derivatives::difference_points(&found.point);
         if found.evaluations + sides.len() + 1 > limits.evaluations {
             return Ok(found);
         }
@@ -45,24 +39,24 @@ pub fn descend(model: &Model<'_>, start: &[f64], limits: Limits, evaluate: &dyn 
         let slopes = derivatives::derivatives_of(model, &found.point, &here, &moved);
         let before = found.objective;
         let mut length = 0.0;
-        for _ in 0..TRIES {
+        for _ in 0..PARAMS.tries {
             let Some(step) = step(&slopes, &found.point, damping) else { return Ok(found) };
             // No farther than derivatives are worth.
             let longest = step.iter().fold(0.0_f64, |m, s| m.max(s.abs()));
             let share = (limits.step / longest.max(f64::MIN_POSITIVE)).min(1.0);
             let next: Vec<f64> = found.point.iter().zip(&step).map(|(u, s)| (u + share * s).clamp(0.0, 1.0)).collect();
             length = found.point.iter().zip(&next).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
-            if length <= 0.1 * limits.size || found.evaluations == limits.evaluations {
+            if length <= PARAMS.still * limits.size || found.evaluations == limits.evaluations {
                 break;
             }
             found.evaluations += 1;
             match evaluate.evaluate(std::slice::from_ref(&next), None)?.remove(0) {
                 Some(there) if there.objective < found.objective => {
                     (found.point, found.objective, here) = (next, there.objective, there);
-                    damping *= EASIER;
+                    damping *= PARAMS.easier;
                     break;
                 }
-                _ => damping *= HARDER,
+                _ => damping *= PARAMS.harder,
             }
         }
         // Where no step leads down the floor is reached, as far as differences can tell.
@@ -92,7 +86,7 @@ fn step(derivatives: &Derivatives, point: &[f64], damping: f64) -> Option<Vec<f6
         let mut rhs: Vec<f64> = gradient.iter().map(|g| -g).collect();
         for i in 0..total {
             // What nothing tells stays; linear unknowns are not damped: they are solved for again.
-            matrix[i * total + i] += gram[i * total + i] * if i < n { damping } else { 1e-9 } + 1e-9;
+            matrix[i * total + i] += gram[i * total + i] * if i < n { damping } else { PARAMS.linear_ridge } + PARAMS.linear_ridge;
             if held[i] {
                 (0..total).for_each(|j| (matrix[i * total + j], matrix[j * total + i]) = (0.0, 0.0));
                 (matrix[i * total + i], rhs[i]) = (1.0, 0.0);

@@ -7,9 +7,10 @@
 pub mod descent;
 mod one_start;
 pub mod optimise;
+pub mod params;
 mod starts;
 mod trace;
 
 pub use one_start::{Task, search};
 pub use starts::{APART, Start, latin_hypercube, starts};
-pub use trace::{Entry, Memory, Shared, Stage};
+pub use trace::{Entry, Memory, SearchShared, Stage};

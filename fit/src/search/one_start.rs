@@ -5,9 +5,10 @@ use crate::residuals::equations::Evaluated;
 use crate::residuals::model::Model;
 use crate::residuals::unknowns::Variable;
 use crate::search::descent::{self, Evaluate};
-use crate::search::optimise::{self, Found, Limits, Optimiser};
+use crate::search::optimise::{self, Limits, Minimum, Optimiser};
+use crate::search::params::PARAMS;
 use crate::search::starts::Start;
-use crate::search::trace::{Entry, Shared, Stage};
+use crate::search::trace::{Entry, SearchShared, Stage};
 use biscale::error::{Error, Result};
 use std::cell::Cell;
 use std::sync::Mutex;
@@ -28,14 +29,11 @@ pub struct Task {
     pub seed: u64,
 }
 
-/// Most small simplices that confirm a minimum.
-const MOST_CONFIRMATIONS: usize = 4;
-
 /// Searches from where `start` stands.
 ///
 /// # Errors
 /// Those of the model; not `Interrupted`: a search that must end gives the best so far.
-pub fn search(model: &Model<'_>, start: &Start, task: &Task, shared: &Shared<'_>) -> Result<Start> {
+pub fn search(model: &Model<'_>, start: &Start, task: &Task, shared: &SearchShared<'_>) -> Result<Start> {
     let linear_moves = model.variables.iter().any(|v| matches!(v, Variable::Linear(_)));
     if task.optimiser == Optimiser::Lm && !start.point.is_empty() && !linear_moves {
         return descend(model, start, task, shared);
@@ -88,11 +86,11 @@ pub fn search(model: &Model<'_>, start: &Start, task: &Task, shared: &Shared<'_>
             Err(Error::Interrupted) if ended.get() => break,
             Err(error) => return Err(error),
         };
-        let Found { converged: now, restarts: begun, objective, .. } = found;
+        let Minimum { converged: now, restarts: begun, objective, .. } = found;
         restarts += begun;
         converged = now;
         let little = before.is_finite() && objective > before - task.limits.cost * before.max(1.0);
-        if task.confirm <= 0.0 || confirmations == MOST_CONFIRMATIONS || (confirmations > 0 && now && little) {
+        if task.confirm <= 0.0 || confirmations == PARAMS.confirmations || (confirmations > 0 && now && little) {
             break;
         }
         limits.step = task.confirm;
@@ -115,7 +113,7 @@ struct Noted<'a> {
     model: &'a Model<'a>,
     number: usize,
     stage: Stage,
-    shared: &'a Shared<'a>,
+    shared: &'a SearchShared<'a>,
     count: AtomicUsize,
     best: Mutex<(Vec<f64>, f64)>,
 }
@@ -146,7 +144,7 @@ impl Evaluate for Noted<'_> {
 }
 
 /// [`search`] by the derivatives of the residuals.
-fn descend(model: &Model<'_>, start: &Start, task: &Task, shared: &Shared<'_>) -> Result<Start> {
+fn descend(model: &Model<'_>, start: &Start, task: &Task, shared: &SearchShared<'_>) -> Result<Start> {
     let best = Mutex::new((start.point.clone(), f64::INFINITY));
     let noted = Noted { model, number: start.number, stage: task.stage, shared, count: AtomicUsize::new(0), best };
     let converged = match descent::descend(model, &start.point, task.limits, &noted) {

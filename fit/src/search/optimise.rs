@@ -3,6 +3,7 @@
 //! Nelder-Mead (1965) with the coefficients of Gao and Han 2012 and projection onto the box is the default; CMA-ES and BOBYQA are there to compare it
 //! with. All come from the crate `basin`. A point that cannot be evaluated is infinitely bad.
 
+use crate::search::params::PARAMS;
 use basin::{
     Bobyqa, BoundedCmaEs, BoxBounds, ConstraintDescription, ConstraintSet, ConstraintSolveError, Constraints, CostFunction, DenseMatrix,
     Executor, NelderMead, PointState, PopulationProgress, SimplexProgress, StepOutcome,
@@ -14,10 +15,6 @@ use std::fmt;
 
 /// Volume of the simplex over that of one with all edges as long as its longest, at which it counts as degenerate.
 pub const DEGENERATE: f64 = 1e-8;
-/// Most simplices that are begun because the one before degenerated.
-const MOST_RESTARTS: usize = 8;
-/// Cost of a point that cannot be evaluated: large, and still a number that simplices can be sorted by.
-const INFEASIBLE: f64 = 1e300;
 
 /// Which optimiser.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -64,7 +61,7 @@ pub struct Limits {
 
 /// What was found.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Found {
+pub struct Minimum {
     /// The best point.
     pub point: Vec<f64>,
     /// Its objective.
@@ -123,7 +120,7 @@ impl CostFunction for &Problem<'_> {
         let value = (self.objective)(x).map_err(Halt::Failed)?;
         done.0 += 1;
         // Not a number is no better than infinity.
-        let value = if value.is_finite() { value } else { INFEASIBLE };
+        let value = if value.is_finite() { value } else { PARAMS.infeasible };
         if value < done.2 || done.1.is_empty() {
             done.1.clone_from(x);
             done.2 = value;
@@ -180,7 +177,7 @@ pub fn minimise(
     start: &[f64],
     limits: Limits,
     seed: u64,
-) -> Result<Found> {
+) -> Result<Minimum> {
     let n = start.len();
     let problem = Problem {
         objective,
@@ -191,7 +188,7 @@ pub fn minimise(
     };
     if n == 0 {
         let value = objective(start)?;
-        return Ok(Found { point: Vec::new(), objective: value, evaluations: 1, converged: true, restarts: 0 });
+        return Ok(Minimum { point: Vec::new(), objective: value, evaluations: 1, converged: true, restarts: 0 });
     }
     let outcome = match optimiser {
         Optimiser::NelderMead => nelder_mead(&problem, start, limits),
@@ -209,8 +206,8 @@ pub fn minimise(
         Err(other) => return Err(Error::Numeric(format!("the optimiser failed: {other:?}; please report this"))),
     };
     let (evaluations, point, value) = problem.done.into_inner();
-    let value = if value >= INFEASIBLE { f64::INFINITY } else { value };
-    Ok(Found { point, objective: value, evaluations, converged, restarts })
+    let value = if value >= PARAMS.infeasible { f64::INFINITY } else { value };
+    Ok(Minimum { point, objective: value, evaluations, converged, restarts })
 }
 
 /// Whether it converged, and how often it restarted.
@@ -228,7 +225,7 @@ fn nelder_mead(problem: &Problem<'_>, start: &[f64], limits: Limits) -> Ended {
     let (mut from, mut step, mut restarts) = (start.to_vec(), limits.step, 0);
     loop {
         let (converged, degenerate) = one_nelder_mead(problem, &from, Limits { step, ..limits })?;
-        if !degenerate || restarts == MOST_RESTARTS {
+        if !degenerate || restarts == PARAMS.restarts {
             return Ok((converged, restarts));
         }
         from.clone_from(&problem.done.borrow().1);

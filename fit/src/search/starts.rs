@@ -3,6 +3,7 @@
 use crate::residuals::input::Indirect;
 use crate::residuals::model::{Model, Registration};
 use crate::residuals::unknowns::Variable;
+use biscale::numerics::cast::halves;
 use biscale::numerics::low_discrepancy::{fraction, hash};
 use serde::Serialize;
 use std::sync::Arc;
@@ -28,7 +29,7 @@ pub struct Start {
     /// Which surfaces the kinds of the close-up were taken for.
     pub choice: usize,
     /// How the periods of the close-up are registered, once it is known.
-    pub laid: Option<Registration>,
+    pub registration: Option<Registration>,
     /// Light that was reflected more than once, once it is known.
     #[serde(skip)]
     pub indirect: Option<Arc<Indirect>>,
@@ -36,8 +37,8 @@ pub struct Start {
 
 /// Points of a Latin hypercube: in each coordinate one point in each of `count` equal parts.
 pub fn latin_hypercube(count: usize, dimensions: usize, seed: u64) -> Vec<Vec<f64>> {
-    #[expect(clippy::cast_possible_truncation, reason = "both halves of the seed are used")]
-    let seed = hash(seed as u32 ^ hash((seed >> 32) as u32));
+    let [high, low] = halves(seed);
+    let seed = hash(low ^ hash(high));
     let mut points = vec![vec![0.0; dimensions]; count];
     for d in 0..dimensions {
         let number = |k: usize, salt: u32| hash(hash(seed ^ salt) ^ hash((k as u32) << 8 | d as u32));

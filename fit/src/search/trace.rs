@@ -66,7 +66,7 @@ impl Memory {
 }
 
 /// What all searches share.
-pub struct Shared<'a> {
+pub struct SearchShared<'a> {
     /// The caller's.
     pub control: &'a Control<'a>,
     /// The seconds of the clock after which no evaluation begins, if there are such.
@@ -82,7 +82,7 @@ pub struct Shared<'a> {
     best: Mutex<f64>,
 }
 
-impl<'a> Shared<'a> {
+impl<'a> SearchShared<'a> {
     /// Nothing evaluated yet.
     pub fn new(
         control: &'a Control<'a>,

@@ -3,7 +3,7 @@
 //! The residuals are linear in the colours and nearly so, near the best point, in everything else. Their derivatives there, by central
 //! differences over a step that visibility bits do not spoil, give the covariance `(Jᵀ S⁻¹ J)⁻¹`. `S` has for each group of rows (a distant
 //! photograph, the close-up) its mean squared residual, at least 1: a group that is not explained is not made up for by others that are. It has
-//! three times that, since the three channels of a pixel leave the same out. What other samples of the surface would change (`replicas`) is
+//! three times that, since the three channels of a pixel leave the same out. What other samples of the surface would change (`replicates`) is
 //! added to the covariance. The bounds count as knowledge as well, of a standard deviation of `range/√12`: what nothing tells has that one.
 
 use crate::bounded_least_squares::{cholesky, cholesky_solve};
@@ -11,20 +11,15 @@ use crate::residuals::derivatives::{Derivatives, weights};
 use crate::residuals::equations::Evaluated;
 use crate::residuals::model::Model;
 use crate::residuals::unknowns::{UnknownKind, Variable};
+use crate::uncertainty::params::PARAMS;
 use serde::Serialize;
 
-/// What three channels of a pixel count together, each: what the model leaves out of the shape of a surface, all three leave out alike.
-const ALIKE: f64 = 1.0 / 3.0;
 /// Share of its range from which on a standard deviation means that nothing is known.
 pub const NOT_IDENTIFIED: f64 = 0.25;
 /// Standard deviation over value from which on an unknown is weak.
 pub const WEAK: f64 = 0.1;
 /// Correlations that are worth telling.
 pub const CORRELATED: f64 = 0.9;
-/// Distance from a bound, as a share of the range, at which an unknown lies on it.
-const AT_BOUND: f64 = 0.005;
-/// Factor by which an unknown must be worse known without the close-up to be known from it.
-const FROM_CLOSE_UP: f64 = 3.0;
 
 /// How well one unknown is known.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -87,7 +82,7 @@ pub struct Identified {
     pub condition: f64,
     /// Mean squared residual.
     pub chi2: f64,
-    /// Residuals that the unknowns are found from: those of cells that share their model error count as one.
+    /// Residuals that the unknowns are found from: those of bins that share their model error count as one.
     pub residuals: f64,
     /// Covariance of all unknowns in shares of their ranges, rows of the one.
     #[serde(skip)]
@@ -109,7 +104,7 @@ impl Identified {
     }
 }
 
-/// What each row is worth beside its weight: one over the mean squared residual of its group, at most 1, and [`ALIKE`] of what photographs tell.
+/// What each row is worth beside its weight: one over the mean squared residual of its group, at most 1, and [`super::params::UncertaintyParams::channels_alike`] of what photographs tell.
 /// `counts` is what each row counts; groups up to `photographs` are those of photographs.
 fn trust(derivatives: &Derivatives, counts: &[f64], photographs: usize) -> Vec<f64> {
     let mut sums = vec![(0.0, 0.0); derivatives.groups.iter().max().map_or(0, |m| m + 1)];
@@ -117,7 +112,7 @@ fn trust(derivatives: &Derivatives, counts: &[f64], photographs: usize) -> Vec<f
         sums[group].0 += r * r;
         sums[group].1 += count;
     }
-    let worth = |group: usize| if group <= photographs { ALIKE } else { 1.0 };
+    let worth = |group: usize| if group <= photographs { PARAMS.channels_alike } else { 1.0 };
     derivatives.groups.iter().map(|&group| worth(group) * sums[group].1 / sums[group].0.max(sums[group].1).max(f64::MIN_POSITIVE)).collect()
 }
 
@@ -168,42 +163,42 @@ fn eigenvalues(matrix: &[f64], n: usize) -> Vec<f64> {
     values
 }
 
-/// How the unknowns, in units of `range`, answer to what each replica's residuals differ by from the mean of all; `inverse` is that of the weighted `JᵀJ`.
+/// How the unknowns, in units of `range`, answer to what each replicate's residuals differ by from the mean of all; `inverse` is that of the weighted `JᵀJ`.
 fn answers(
     derivatives: &Derivatives,
     roots: &[f64],
     inverse: &[f64],
     range: &[f64],
     weight: impl Fn(usize) -> f64,
-    replicas: &[Vec<f64>],
+    replicates: &[Vec<f64>],
 ) -> Vec<Vec<f64>> {
-    let (n, count) = (range.len(), replicas.len() as f64);
-    let mean: Vec<f64> = (0..derivatives.rows.len()).map(|k| replicas.iter().map(|r| r[k]).sum::<f64>() / count).collect();
-    // The mean of the replicas is one of them as well.
+    let (n, count) = (range.len(), replicates.len() as f64);
+    let mean: Vec<f64> = (0..derivatives.rows.len()).map(|k| replicates.iter().map(|r| r[k]).sum::<f64>() / count).collect();
+    // The mean of the replicates is one of them as well.
     let unbiased = (count / (count - 1.0).max(1.0)).sqrt();
-    let answer = |replica: &Vec<f64>| {
+    let answer = |replicate: &Vec<f64>| {
         let mut gradient = vec![0.0; n];
         for (k, row) in derivatives.rows.iter().enumerate() {
-            let r = unbiased * weight(k) * roots[k] * (replica[k] - mean[k]);
+            let r = unbiased * weight(k) * roots[k] * (replicate[k] - mean[k]);
             (0..n).for_each(|i| gradient[i] += row[i] * range[i] * r);
         }
         (0..n).map(|i| -(0..n).map(|j| inverse[i * n + j] * gradient[j]).sum::<f64>()).collect()
     };
-    replicas.iter().map(answer).collect()
+    replicates.iter().map(answer).collect()
 }
 
-/// What is known at the best point. `replicas` are the residuals there, colours and all, of models with other samples.
-pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives: &Derivatives, replicas: &[Vec<f64>]) -> Identified {
+/// What is known at the best point. `replicates` are the residuals there, colours and all, of models with other samples.
+pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives: &Derivatives, replicates: &[Vec<f64>]) -> Identified {
     let spec = model.input.spec;
     let n = point.len();
     let total = n + best.linear.len();
-    // Ranges in the units of the derivatives: of the box for the search; a colour cannot be more than all, a veil than the picture; an exposure is as large as it is.
+    // Ranges in the units of the derivatives: of the box for the search; a colour cannot be more than all, stray light than the picture; an exposure is as large as it is.
     let range: Vec<f64> = (0..total)
         .map(|i| match i.checked_sub(n).map(|k| &model.unknowns[k]) {
             None => 1.0,
             Some(u) => match u.kind {
-                UnknownKind::Colour(..) => (u.bounds[1] - u.bounds[0]).max(1e-9),
-                UnknownKind::Veil(p, c) => model.input.photographs[p].mean[c].max(1e-9),
+                UnknownKind::Colour(..) => (u.bounds[1] - u.bounds[0]).max(PARAMS.least_range),
+                UnknownKind::StrayLight(p, c) => model.input.photographs[p].mean[c].max(PARAMS.least_range),
                 UnknownKind::Exposure => best.linear[i - n],
             },
         })
@@ -213,7 +208,7 @@ pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives:
         .map(|i| {
             i.checked_sub(n).is_some_and(|k| {
                 let [low, high] = model.unknowns[k].bounds;
-                best.linear[k] <= low + 1e-12 * (1.0 + low.abs()) || best.linear[k] >= high - 1e-12 * (1.0 + high.abs())
+                best.linear[k] <= low + PARAMS.on_wall * (1.0 + low.abs()) || best.linear[k] >= high - PARAMS.on_wall * (1.0 + high.abs())
             })
         })
         .collect();
@@ -230,14 +225,14 @@ pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives:
                 }
             }
             // The bounds, whose knowledge no residual makes worse.
-            gram[i * total + i] += 12.0;
+            gram[i * total + i] += PARAMS.bounds_precision;
         }
         let mut found = inverse(&gram, total)?;
         let own = found.clone();
-        for answer in answers(derivatives, &weights(best), &own, &range, |k| if keep(k) { trust[k] } else { 0.0 }, replicas) {
+        for answer in answers(derivatives, &weights(best), &own, &range, |k| if keep(k) { trust[k] } else { 0.0 }, replicates) {
             for i in (0..total).filter(|&i| !held[i]) {
                 for j in (0..total).filter(|&j| !held[j]) {
-                    found[i * total + j] += answer[i] * answer[j] / (replicas.len() as f64);
+                    found[i * total + j] += answer[i] * answer[j] / (replicates.len() as f64);
                 }
             }
         }
@@ -258,7 +253,7 @@ pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives:
                     let variable = &model.variables[i];
                     let at = |u: f64| variable.at(spec, &model.unknowns, u);
                     // A parameter that moves by factors is not as wide here as there.
-                    let (low, high) = ((point[i] - 0.005).max(0.0), (point[i] + 0.005).min(1.0));
+                    let (low, high) = ((point[i] - PARAMS.at_bound).max(0.0), (point[i] + PARAMS.at_bound).min(1.0));
                     let local = (at(high) - at(low)) / (high - low);
                     let kind = if matches!(variable, Variable::Parameter(_)) { "parameter" } else { "light" };
                     (variable.name(spec, &model.unknowns), at(point[i]), [at(0.0), at(1.0)], local, kind)
@@ -267,7 +262,7 @@ pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives:
                     let u = &model.unknowns[k];
                     let kind = match u.kind {
                         UnknownKind::Colour(..) => "colour",
-                        UnknownKind::Veil(..) => "veil",
+                        UnknownKind::StrayLight(..) => "veil",
                         UnknownKind::Exposure => "exposure",
                     };
                     let bounds = if kind == "veil" { [0.0, range[i]] } else { u.bounds };
@@ -275,7 +270,7 @@ pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives:
                 }
             };
             let at_bound = match i.checked_sub(n) {
-                None => point[i] < AT_BOUND || point[i] > 1.0 - AT_BOUND,
+                None => point[i] < PARAMS.at_bound || point[i] > 1.0 - PARAMS.at_bound,
                 Some(_) => held[i],
             };
             let mut known = Known {
@@ -283,7 +278,8 @@ pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives:
                 not_identified: false,
                 weak: false,
                 sigma_without_close_up: share_without.map(|s| s * width),
-                from_close_up: share_without.is_some_and(|s| s > FROM_CLOSE_UP * share || (s > NOT_IDENTIFIED && share <= NOT_IDENTIFIED)),
+                from_close_up: share_without
+                    .is_some_and(|s| s > PARAMS.from_close_up * share || (s > NOT_IDENTIFIED && share <= NOT_IDENTIFIED)),
                 range: bounds[1] - bounds[0],
                 name,
                 value,

@@ -7,6 +7,7 @@ use crate::residuals::equations::Evaluated;
 use crate::residuals::model::Model;
 use crate::residuals::unknowns::Variable;
 use crate::uncertainty::identify::Identified;
+use crate::uncertainty::params::PARAMS;
 use biscale::error::Result;
 use biscale::filter::Control;
 use serde::Serialize;
@@ -24,13 +25,6 @@ pub struct Profile {
 
 /// How much wider a valley counts at most: one that does not rise at all has bounds and priors to end it.
 pub const WIDEST: f64 = 3.0;
-
-/// Values of a profile, in standard deviations.
-const PROFILE: [f64; 7] = [-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0];
-/// Those that tell how wide its valley is: nearer the samples tell as much, and farther nobody asks.
-const TELLING: std::ops::RangeInclusive<f64> = 1.5..=2.5;
-/// Steps towards the least objective at each of them.
-const PROFILE_STEPS: usize = 2;
 
 /// Profiles of the `count` parameters that are known worst: each is held at values around the best one, and all others answer, by steps
 /// with the derivatives at the best point. With each comes which of the unknowns it is. The objective of a profile is never better than it could be; it may be worse.
@@ -53,8 +47,8 @@ pub fn profiles(
     let tasks: Vec<(usize, f64)> = worst
         .iter()
         .flat_map(|&i| {
-            let sigma = share(i).clamp(0.003, 0.35);
-            let mut at: Vec<f64> = PROFILE.iter().map(|s| (point[i] + s * sigma).clamp(0.0, 1.0)).collect();
+            let sigma = share(i).clamp(PARAMS.profile_sigma[0], PARAMS.profile_sigma[1]);
+            let mut at: Vec<f64> = PARAMS.profile.iter().map(|s| (point[i] + s * sigma).clamp(0.0, 1.0)).collect();
             at.dedup();
             at.into_iter().map(move |u| (i, u))
         })
@@ -64,7 +58,7 @@ pub fn profiles(
         let mut now = best.clone();
         let mut least = if value == point[held] { best.objective } else { f64::INFINITY };
         let mut step = value - point[held];
-        for _ in 0..PROFILE_STEPS {
+        for _ in 0..PARAMS.profile_steps {
             let weighted: Vec<f64> =
                 residuals(&now).iter().enumerate().map(|(k, r)| r * best.rows.get(k).map_or(1.0, |(row, _)| row.weight).sqrt()).collect();
             let Some(answer) = answer(derivatives, held, step, &weighted) else { break };
@@ -82,8 +76,8 @@ pub fn profiles(
     let profile = |&i: &usize| {
         let points = tasks.iter().zip(&objectives).filter(|((k, _), f)| *k == i && f.is_finite());
         let points = points.map(|(&(_, u), &f)| [model.variables[i].at(model.input.spec, &model.unknowns, u), f]).collect();
-        let sigma = share(i).clamp(0.003, 0.35);
-        let telling = |u: f64| TELLING.contains(&((u - point[i]) / sigma).abs());
+        let sigma = share(i).clamp(PARAMS.profile_sigma[0], PARAMS.profile_sigma[1]);
+        let telling = |u: f64| (PARAMS.telling[0]..=PARAMS.telling[1]).contains(&((u - point[i]) / sigma).abs());
         let wider = (tasks.iter().zip(&objectives))
             .filter(|((k, u), f)| *k == i && f.is_finite() && telling(*u))
             .map(|(&(_, u), &f)| wider(derivatives, i, u - point[i], identified.residuals * (f - best.objective)))
@@ -119,7 +113,9 @@ fn answer(derivatives: &Derivatives, held: usize, step: f64, residuals: &[f64]) 
     gram[held * n + held] = 1.0;
     // What nothing tells stays.
     for i in 0..n {
-        gram[i * n + i] += 1e-6 * gram[i * n + i] + 12.0 * f64::from(u8::from(i < derivatives.variables)) + 1e-9;
+        gram[i * n + i] += PARAMS.profile_ridge[0] * gram[i * n + i]
+            + PARAMS.bounds_precision * f64::from(u8::from(i < derivatives.variables))
+            + PARAMS.profile_ridge[1];
     }
     let mut step_of = cholesky_solve(&cholesky(&gram, n)?, &rhs);
     step_of[held] = step;

@@ -1,4 +1,5 @@
 //! Whether the fitted material is to be believed: its pictures beside the photographs, and a photograph that was held out.
 
+pub mod params;
 pub mod picture;
 pub mod validate;

@@ -2,25 +2,22 @@
 
 use crate::photograph::direction_bins::{Sight, scene_of, sights};
 use crate::photograph::image::Photograph;
+use crate::verdict::params::PARAMS;
 use biscale::error::Result;
 use biscale::filter::{Control, Quality};
 use biscale::material::{Material, SmallScale};
+use biscale::numerics::cast::narrow;
 use biscale::render::{Frame, Light, Lit, Point, QueryPlan, View, World, colours, touched};
 use glam::Vec3;
 
-/// Tolerance of the pictures: well below what photographs and model differ by.
-const TOLERANCE: f64 = 0.01;
-/// Pairs on which the grid of directions is chosen.
-const PROBES: usize = 256;
-
 /// A picture beside its photograph.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Picture {
+pub struct RenderedPhotograph {
     /// Linear radiance; NaN where the object does not fill the pixel.
     pub rgb: Vec<[f32; 3]>,
 }
 
-/// Renders the object of a photograph in direct light, with a constant `veil` on it, through the photograph's own camera.
+/// Renders the object of a photograph in direct light, with a constant `stray_light` on it, through the photograph's own camera.
 ///
 /// # Errors
 /// Those of the filter.
@@ -28,9 +25,9 @@ pub fn render(
     photograph: &Photograph,
     (material, small): (&Material, &SmallScale),
     opaque: bool,
-    veil: [f64; 3],
+    stray_light: [f64; 3],
     control: &Control<'_>,
-) -> Result<Picture> {
+) -> Result<RenderedPhotograph> {
     let scene = scene_of(photograph, material, small);
     let world = World::opaque(&scene);
     let sights = sights(&world, photograph);
@@ -38,10 +35,9 @@ pub fn render(
     let mut view = View { rows: 0..height, behind: vec![[0.0; 3]; (width * height) as usize], ..View::default() };
     for sight in &sights {
         if sight.lit {
-            #[expect(clippy::cast_possible_truncation, reason = "pictures are in f32")]
             let scale = match photograph.light {
                 Light::Directional { .. } => 1.0,
-                Light::Point { position, .. } => (1.0 / position.distance_squared(sight.position)) as f32,
+                Light::Point { position, .. } => narrow(1.0 / position.distance_squared(sight.position)),
             };
             view.lit.push(Lit { wi: sight.wi.as_vec3(), scale, light: 0 });
         }
@@ -53,8 +49,9 @@ pub fn render(
     let shaded = if lit.is_empty() {
         view.behind.clone()
     } else {
-        let probes: Vec<(Vec3, Vec3)> = lit.iter().step_by(lit.len().div_ceil(PROBES)).map(|s| (s.wi.as_vec3(), s.wo.as_vec3())).collect();
-        let quality = Quality { tolerance: TOLERANCE, ..Quality::default() };
+        let probes: Vec<(Vec3, Vec3)> =
+            lit.iter().step_by(lit.len().div_ceil(PARAMS.probes)).map(|s| (s.wi.as_vec3(), s.wo.as_vec3())).collect();
+        let quality = Quality { tolerance: PARAMS.tolerance, ..Quality::default() };
         let plan = QueryPlan::find(small, opaque, &probes, &quality, control)?;
         let grid = biscale::table::HemisphereGrid::new(plan.rings);
         let keys = touched(&view, &[Some(grid)]).swap_remove(0);
@@ -63,10 +60,7 @@ pub fn render(
     };
     for sight in &sights {
         let at = sight.pixel as usize;
-        #[expect(clippy::cast_possible_truncation, reason = "pictures are in f32")]
-        {
-            rgb[at] = std::array::from_fn(|c| shaded[at][c] + veil[c] as f32);
-        }
+        rgb[at] = std::array::from_fn(|c| shaded[at][c] + narrow(stray_light[c]));
     }
-    Ok(Picture { rgb })
+    Ok(RenderedPhotograph { rgb })
 }

@@ -1,7 +1,7 @@
 //! A photograph that was held out, and how far the fitted material is from it.
 
 use crate::photograph::image::Photograph;
-use crate::verdict::picture::Picture;
+use crate::verdict::picture::RenderedPhotograph;
 use biscale::render::Light;
 use glam::DVec3;
 use serde::Serialize;
@@ -36,7 +36,7 @@ pub struct Validation {
     pub photograph: String,
     /// What came of it.
     pub verdict: Verdict,
-    /// Relative RMS difference over the cells of directions, as the fit sees them.
+    /// Relative RMS difference over the bins of directions, as the fit sees them.
     pub relative_rms: f64,
     /// The same over single pixels.
     pub pixel_relative_rms: f64,
@@ -73,7 +73,7 @@ pub fn direction(photograph: &Photograph) -> DVec3 {
 }
 
 /// Relative RMS difference of a picture from its photograph over the pixels `used`.
-pub fn pixel_relative_rms(photograph: &Photograph, picture: &Picture, used: &[u32]) -> f64 {
+pub fn pixel_relative_rms(photograph: &Photograph, picture: &RenderedPhotograph, used: &[u32]) -> f64 {
     let (mut difference, mut energy) = (0.0, 0.0);
     for &pixel in used {
         for c in 0..3 {
@@ -86,7 +86,7 @@ pub fn pixel_relative_rms(photograph: &Photograph, picture: &Picture, used: &[u3
 }
 
 /// Mean ΔE ITP of the pixels `used`.
-pub fn mean_delta_e_itp(photograph: &Photograph, picture: &Picture, used: &[u32]) -> f64 {
+pub fn mean_delta_e_itp(photograph: &Photograph, picture: &RenderedPhotograph, used: &[u32]) -> f64 {
     let irradiance = match photograph.light {
         Light::Directional { irradiance, .. } => irradiance,
         Light::Point { position, intensity } => {
@@ -103,24 +103,40 @@ pub fn mean_delta_e_itp(photograph: &Photograph, picture: &Picture, used: &[u32]
 /// ΔE ITP (ITU-R BT.2124) of two colours, linear with Rec. 709 primaries, in cd/m²; about 1 is just visible.
 pub fn delta_e_itp(a: [f64; 3], b: [f64; 3]) -> f64 {
     let (a, b) = (itp(a), itp(b));
-    720.0 * (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
+    DELTA_E_SCALE * (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
 }
+
+/// Factor of ΔE ITP (ITU-R BT.2124, section 3): about 1 is just visible.
+const DELTA_E_SCALE: f64 = 720.0;
+/// Linear Rec. 709 to Rec. 2020 (ITU-R BT.2087, four digits).
+const REC_709_TO_2020: [[f64; 3]; 3] = [[0.6274, 0.3293, 0.0433], [0.0691, 0.9195, 0.0114], [0.0164, 0.0880, 0.8956]];
+/// Linear Rec. 2020 to LMS, times 4096 (ITU-R BT.2100, table 7).
+const REC_2020_TO_LMS: [[f64; 3]; 3] = [[1688.0, 2146.0, 262.0], [683.0, 2951.0, 462.0], [99.0, 309.0, 3688.0]];
+/// Quantised LMS to I, `C_T`, `C_P`, times 4096 (ITU-R BT.2100, table 7).
+const LMS_TO_ICTCP: [[f64; 3]; 3] = [[2048.0, 2048.0, 0.0], [6610.0, -13_613.0, 7003.0], [17_933.0, -17_390.0, -543.0]];
+/// Brightest luminance of the perceptual quantiser, cd/m² (SMPTE ST 2084).
+const PQ_PEAK: f64 = 10_000.0;
+/// `m1` of its inverse (SMPTE ST 2084), as are the following.
+const PQ_M1: f64 = 2610.0 / 16_384.0;
+/// `m2`.
+const PQ_M2: f64 = 2523.0 / 32.0;
+/// `c1`.
+const PQ_C1: f64 = 3424.0 / 4096.0;
+/// `c2`.
+const PQ_C2: f64 = 2413.0 / 128.0;
+/// `c3`.
+const PQ_C3: f64 = 2392.0 / 128.0;
 
 /// I, T, P of a linear Rec. 709 colour in cd/m² (ITU-R BT.2100 and BT.2124).
 fn itp(rgb: [f64; 3]) -> [f64; 3] {
     let apply = |m: [[f64; 3]; 3], v: [f64; 3]| m.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2]);
-    // Rec. 709 to Rec. 2020 (ITU-R BT.2087).
-    let wide = apply([[0.6274, 0.3293, 0.0433], [0.0691, 0.9195, 0.0114], [0.0164, 0.0880, 0.8956]], rgb);
-    let lms = apply([[1688.0, 2146.0, 262.0], [683.0, 2951.0, 462.0], [99.0, 309.0, 3688.0]].map(|row| row.map(|v| v / 4096.0)), wide);
-    // The inverse of the perceptual quantiser (SMPTE ST 2084).
+    let over_4096 = |m: [[f64; 3]; 3]| m.map(|row| row.map(|v| v / 4096.0)); // the recommendation's denominator
+    let lms = apply(over_4096(REC_2020_TO_LMS), apply(REC_709_TO_2020, rgb));
     let quantised = lms.map(|v| {
-        let y = (v / 10_000.0).clamp(0.0, 1.0).powf(2610.0 / 16_384.0);
-        ((3424.0 / 4096.0 + 2413.0 / 128.0 * y) / (1.0 + 2392.0 / 128.0 * y)).powf(2523.0 / 32.0)
+        let y = (v / PQ_PEAK).clamp(0.0, 1.0).powf(PQ_M1);
+        ((PQ_C1 + PQ_C2 * y) / (1.0 + PQ_C3 * y)).powf(PQ_M2)
     });
-    let ictcp = apply(
-        [[2048.0, 2048.0, 0.0], [6610.0, -13_613.0, 7003.0], [17_933.0, -17_390.0, -543.0]].map(|row| row.map(|v| v / 4096.0)),
-        quantised,
-    );
+    let ictcp = apply(over_4096(LMS_TO_ICTCP), quantised);
     [ictcp[0], 0.5 * ictcp[1], ictcp[2]]
 }
 

@@ -92,7 +92,7 @@ pub fn print(outcome: &Outcome) {
         println!("{} = {:.4} +/- {:.4}{}", k.name, k.value, k.sigma, if k.not_identified { " not identified" } else { "" });
     }
     let period = outcome.close_up.as_ref().map(|c| c.period.map(|p| p.map(|p| p.length)));
-    println!("period {period:.4?}, height and doubt {:?}", outcome.starts[0].laid);
+    println!("period {period:.4?}, height and doubt {:?}", outcome.starts[0].registration);
     println!("training {:.4}, objective {:.3}, {} evaluations", outcome.training, outcome.objective, outcome.trace.len());
     for (v, _) in &outcome.validations {
         println!("validation {:.4}, ratio {:.2}, {:?}", v.relative_rms, v.ratio, v.verdict);

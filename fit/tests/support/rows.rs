@@ -10,7 +10,7 @@ use biscale::render::World;
 use biscale_fit::fit_file::spec::Spec;
 use biscale_fit::fit_file::variant::{Variants, own_sides};
 use biscale_fit::photograph::close_up::CloseUp;
-use biscale_fit::photograph::direction_bins::{Cells, scene_of, sights};
+use biscale_fit::photograph::direction_bins::{DirectionBins, scene_of, sights};
 use biscale_fit::photograph::image::Role;
 use biscale_fit::photograph::mean_period::uniform;
 use biscale_fit::residuals::equations::{Evaluated, Origin};
@@ -64,7 +64,7 @@ fn rows(model: &Model<'_>, evaluated: &Evaluated) -> BTreeMap<String, (f64, f64,
     for (row, origin) in &evaluated.rows {
         let r = evaluated.residual(row);
         let name = match origin {
-            Origin::Cell(p, _, c) => format!("cells {p} {c}"),
+            Origin::Bin(p, _, c) => format!("bins {p} {c}"),
             Origin::CloseUp => {
                 place += 1;
                 if model.mean_period().is_some() { format!("near {}", (place - 1) % 3) } else { format!("near {:02}", place - 1) }
@@ -86,7 +86,7 @@ fn rows(model: &Model<'_>, evaluated: &Evaluated) -> BTreeMap<String, (f64, f64,
 /// The photographs of a fit, looked at as the fit does.
 pub struct Looked<'a> {
     pub spec: &'a Spec,
-    cells: Vec<Cells>,
+    bins: Vec<DirectionBins>,
     near: CloseUp,
     variants: Variants,
 }
@@ -96,7 +96,7 @@ impl<'a> Looked<'a> {
     pub fn new(spec: &'a Spec, material: &SmallScale) -> Self {
         let small = spec.material.build().unwrap();
         let look = |p| sights(&World::opaque(&scene_of(p, &spec.material, &small)), p);
-        let cells: Vec<Cells> = spec.of_role(Role::Distant).map(|p| Cells::new(p, &look(p), FINE.cells).unwrap()).collect();
+        let bins: Vec<DirectionBins> = spec.of_role(Role::Distant).map(|p| DirectionBins::new(p, &look(p), FINE.bins).unwrap()).collect();
         let colours: Vec<[f64; 3]> = (0..material.surfaces.len())
             .map(|s| {
                 let mut sum = [0.0; 3];
@@ -113,13 +113,13 @@ impl<'a> Looked<'a> {
             .map(|p| CloseUp::new(p, &look(p), &small, uniform(&spec.material.geometry), &colours))
             .unwrap();
         let variants = Variants::new(&spec.sides, own_sides(&spec.material.geometry), &near.choices, &near.other_choices);
-        Self { spec, cells, near, variants }
+        Self { spec, bins, near, variants }
     }
 
     fn model(&'a self, choice: usize, values: &[f64], indirect: Option<&'a Indirect>, control: &Control<'_>) -> Model<'a> {
         let opaque = !matches!(self.spec.material.geometry, biscale::geometry::Geometry::Weave(_));
         let variant = &self.variants.all[choice];
-        let input = ModelInput { spec: self.spec, photographs: &self.cells, close_up: Some(&self.near), variant, indirect, opaque };
+        let input = ModelInput { spec: self.spec, photographs: &self.bins, close_up: Some(&self.near), variant, indirect, opaque };
         Model::new(input, Sampling { samples: POLISH_SAMPLES, seed: 99 }, values, control).unwrap()
     }
 
@@ -131,14 +131,14 @@ impl<'a> Looked<'a> {
         let (point, values, _) = self.truth(truth, faults);
         let small = super::material(truth);
         let lights = self.model(0, &values, None, control).state(&point).lights;
-        Some(indirect(&small, &self.cells, &lights, Some((&self.near, &small)), (self.spec.bounces, 5), control).unwrap())
+        Some(indirect(&small, &self.bins, &lights, Some((&self.near, &small)), (self.spec.bounces, 5), control).unwrap())
     }
 
     /// Where the photographs were made: the point, its parameters, and the linear unknowns.
     fn truth(&self, truth: &str, faults: &Faults) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
         let of = |name: &str| truths(std::iter::once(name), truth)[0];
         let values: Vec<f64> = self.spec.parameters.iter().map(|p| of(&p.key).unwrap()).collect();
-        let unknowns = biscale_fit::residuals::unknowns::unknowns(self.spec, self.cells.len(), self.near.scales());
+        let unknowns = biscale_fit::residuals::unknowns::unknowns(self.spec, self.bins.len(), self.near.scales());
         let point = biscale_fit::residuals::unknowns::variables(self.spec)
             .iter()
             .map(|v| match v {
@@ -198,7 +198,7 @@ pub fn probe(looked: &Looked<'_>, truth: &str, faults: &Faults) -> Probe {
         if std::env::var("ROWS").is_ok() {
             let near = &looked.near;
             println!("    {:?} {:?} {:?}", near.period.map(|p| p.map(|p| p.length)), near.blur, near.notes);
-            println!("    kinds {:?}", near.kinds.iter().map(|k| (k.cover, k.colour)).collect::<Vec<_>>());
+            println!("    kinds {:?}", near.clusters.iter().map(|k| (k.cover, k.colour)).collect::<Vec<_>>());
             println!("    variant {:?}, height {:?}", model.input.variant, model.registration());
             if let Some(m) = &near.mean_period {
                 let mean = |of: &[[f64; 3]]| of.iter().flatten().sum::<f64>() / of.len() as f64 / 3.0;

@@ -28,8 +28,8 @@ impl Report {
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "  name      {}", self.name)?;
-        for (file, pixels, cells) in &self.survey.distant {
-            writeln!(f, "  distant   {file}: {pixels} pixels can be used, in {cells} cells of directions")?;
+        for (file, pixels, bins) in &self.survey.distant {
+            writeln!(f, "  distant   {file}: {pixels} pixels can be used, in {bins} direction bins")?;
         }
         if let Some(found) = &self.survey.close_up {
             for (axis, period) in ["x", "y"].iter().zip(&found.period) {
@@ -38,7 +38,7 @@ impl fmt::Display for Report {
                     None => writeln!(f, "  close-up  no period along {axis}")?,
                 }
             }
-            for (k, kind) in found.kinds.iter().enumerate() {
+            for (k, kind) in found.clusters.iter().enumerate() {
                 let [r, g, b] = kind.colour;
                 writeln!(f, "  close-up  colour {}: coverage {:.1} %, mean radiance [{r:.4}, {g:.4}, {b:.4}]", k + 1, 100.0 * kind.cover)?;
             }

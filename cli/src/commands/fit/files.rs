@@ -124,14 +124,14 @@ pub fn summary(spec: &Spec, options: &Options, outcome: &Outcome, compared: &[tr
             "objective": finite(outcome.objective),
             "chi2": finite(outcome.identified.chi2),
             "residuals": outcome.identified.residuals,
-            "photographs": outcome.compared.iter().zip(&outcome.cells).map(|(c, cells)| json!({
+            "photographs": outcome.compared.iter().zip(&outcome.bins).map(|(c, bins)| json!({
                 "photograph": c.photograph.file.file_name().unwrap_or_default().to_string_lossy(),
                 "relative_rms": c.relative_rms,
                 "pixel_relative_rms": c.pixel_relative_rms,
                 "delta_e_itp": c.delta_e_itp,
-                "pixels": cells.pixels,
-                "cells": cells.cells.len(),
-                "cell_deg": cells.step.to_degrees(),
+                "pixels": bins.pixels,
+                "cells": bins.bins.len(),
+                "cell_deg": bins.step.to_degrees(),
             })).collect::<Vec<_>>(),
         },
         "unknowns": outcome.identified.known,

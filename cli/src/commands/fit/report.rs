@@ -187,10 +187,10 @@ fn close_up(outcome: &Outcome) -> Markup {
                     }
                 }
             }
-            @for (k, kind) in found.kinds.iter().enumerate() {
+            @for (k, cluster) in found.clusters.iter().enumerate() {
                 tr {
-                    td { "colour " (k + 1) }
-                    td { (format!("coverage {:.1} %, mean radiance [{}]", 100.0 * kind.cover, kind.colour.map(digits).join(", "))) }
+                    td { "colour cluster " (k + 1) }
+                    td { (format!("coverage {:.1} %, mean radiance [{}]", 100.0 * cluster.cover, cluster.colour.map(digits).join(", "))) }
                 }
             }
         }

@@ -1,0 +1,156 @@
+//! Photographs beside the fitted material, those that were held out as well.
+
+use super::options::POLISH_SAMPLES;
+use super::outcome::Compared;
+use crate::photograph::direction_bins::DirectionBins;
+use crate::photograph::image::Photograph;
+use crate::residuals::indirect::indirect;
+use crate::residuals::unknowns;
+use crate::verdict::picture;
+use crate::verdict::validate::{self, Validation, verdict};
+use biscale::error::Result;
+use biscale::filter::CommonRandomNumbers;
+use biscale::filter::Control;
+use biscale::material::{Material, SmallScale};
+use biscale::numerics::cast::narrow;
+use biscale::render::Light;
+
+/// Samples of a prediction, which is made once: four times those of the last look of the search.
+const PREDICTION_SAMPLES: u32 = 4 * POLISH_SAMPLES;
+
+/// The fitted material.
+#[derive(Clone, Copy)]
+pub(super) struct Fitted<'a> {
+    /// As a file describes it.
+    pub(super) material: &'a Material,
+    /// Its surface.
+    pub(super) small: &'a SmallScale,
+    /// Whether it has no gaps.
+    pub(super) opaque: bool,
+}
+
+/// What a photograph shows beside direct light.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OtherLight<'a> {
+    /// The same in all pixels.
+    pub(super) stray_light: [f64; 3],
+    /// By direction bin, radiance over irradiance.
+    pub(super) interreflection: Option<&'a [[f64; 3]]>,
+}
+
+/// What a photograph that was held out is judged by.
+pub(super) struct Validating<'a> {
+    pub(super) fitted: Fitted<'a>,
+    /// The photographs that were fitted.
+    pub(super) compared: &'a [Compared],
+    /// Their relative RMS difference.
+    pub(super) training: f64,
+    pub(super) stray_light: [f64; 3],
+    pub(super) seed: u64,
+}
+
+impl Fitted<'_> {
+    /// A photograph beside the material, whose relative RMS difference over direction bins is known.
+    pub(super) fn compare(
+        &self,
+        photograph: Photograph,
+        bins: &DirectionBins,
+        light: OtherLight<'_>,
+        relative_rms: f64,
+        control: &Control<'_>,
+    ) -> Result<Compared> {
+        let mut picture = picture::render(&photograph, (self.material, self.small), self.opaque, light.stray_light, control)?;
+        if let Some(extra) = light.interreflection {
+            for ((members, bin), extra) in bins.members.iter().zip(&bins.bins).zip(extra) {
+                for &pixel in members {
+                    for c in 0..3 {
+                        picture.rgb[pixel as usize][c] += narrow(bin.irradiance[c] * extra[c]);
+                    }
+                }
+            }
+        }
+        let used: Vec<u32> = bins.members.iter().flatten().copied().filter(|&p| !picture.rgb[p as usize][0].is_nan()).collect();
+        let pixel_relative_rms = validate::pixel_relative_rms(&photograph, &picture, &used);
+        let delta_e_itp = validate::mean_delta_e_itp(&photograph, &picture, &used);
+        Ok(Compared { photograph, picture, used, relative_rms, pixel_relative_rms, delta_e_itp })
+    }
+
+    /// Radiance that the material shows in the direction bins of a photograph.
+    fn predict(&self, bins: &DirectionBins, light: OtherLight<'_>, control: &Control<'_>) -> Result<Vec<[f64; 3]>> {
+        let slots = unknowns::slots(&self.small.surfaces);
+        let pairs = bins.pairs([0.0; 2]);
+        let samples = CommonRandomNumbers::new(self.small, PREDICTION_SAMPLES, 0, &pairs, control)?;
+        let basis = samples.on(self.small, control)?.basis_reflectance(&pairs, &slots)?;
+        let value = |k: usize| {
+            let bin = &bins.bins[k];
+            let factor = bin.inverse_cosine * if self.opaque && basis.av[k] > 0.0 { bin.wo.z / basis.av[k] } else { 1.0 };
+            std::array::from_fn(|c| {
+                let direct: f64 = slots.iter().zip(&basis.s).map(|(slot, s)| s[k][c] * unknowns::colour_of(self.small, *slot)[c]).sum();
+                let extra = light.interreflection.map_or(0.0, |i| i[k][c]);
+                bin.irradiance[c] * (factor * direct + extra) + light.stray_light[c]
+            })
+        };
+        Ok((0..bins.bins.len()).map(value).collect())
+    }
+}
+
+impl Validating<'_> {
+    /// A photograph that was held out, with its direction bins, beside the material with all of its numbers.
+    pub(super) fn validate(
+        &self,
+        photograph: &Photograph,
+        bins: DirectionBins,
+        bounces: u32,
+        control: &Control<'_>,
+    ) -> Result<(Validation, Compared)> {
+        let mut bins = [bins];
+        let traced =
+            if bounces > 0 { Some(indirect(self.fitted.small, &bins, &[[0.0; 2]], None, (bounces, self.seed), control)?) } else { None };
+        let interreflection = traced.as_ref().map(|i| &i.bins[0][..]);
+        let stray_light = self.stray_light;
+        let light = OtherLight { stray_light, interreflection };
+        let mut predicted = self.fitted.predict(&bins[0], light, control)?;
+        let mut photograph = photograph.clone();
+        let mut exposure = None;
+        if !photograph.exposure_known {
+            // How bright its light was says the photograph alone.
+            let factor = scale_of(&bins[0], &predicted, stray_light);
+            exposure = Some(factor);
+            predicted.iter_mut().for_each(|p| (0..3).for_each(|c| p[c] = factor * (p[c] - stray_light[c]) + stray_light[c]));
+            bins[0].bins.iter_mut().for_each(|bin| bin.irradiance = bin.irradiance.map(|i| factor * i));
+            match &mut photograph.light {
+                Light::Directional { irradiance: light, .. } | Light::Point { intensity: light, .. } => *light = light.map(|i| factor * i),
+            }
+        }
+        let relative_rms = bins[0].relative_rms(&predicted);
+        let own = validate::direction(&photograph);
+        let angle = |other: &Compared| own.angle_between(validate::direction(&other.photograph)).to_degrees();
+        let angle_deg = self.compared.iter().map(angle).fold(f64::INFINITY, f64::min);
+        let name = photograph.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let compared = self.fitted.compare(photograph, &bins[0], light, relative_rms, control)?;
+        let validation = Validation {
+            photograph: name,
+            verdict: verdict(relative_rms, self.training, angle_deg),
+            relative_rms,
+            pixel_relative_rms: compared.pixel_relative_rms,
+            ratio: relative_rms / self.training.max(f64::MIN_POSITIVE),
+            delta_e_itp: compared.delta_e_itp,
+            angle_deg,
+            pixels: compared.used.len(),
+            exposure,
+        };
+        Ok((validation, compared))
+    }
+}
+
+/// The factor of a prediction that is nearest to the photograph.
+fn scale_of(bins: &DirectionBins, predicted: &[[f64; 3]], stray_light: [f64; 3]) -> f64 {
+    let (mut product, mut square) = (0.0, 0.0);
+    for (bin, p) in bins.bins.iter().zip(predicted) {
+        for c in 0..3 {
+            product += bin.count as f64 * (p[c] - stray_light[c]) * (bin.mean[c] - stray_light[c]);
+            square += bin.count as f64 * (p[c] - stray_light[c]).powi(2);
+        }
+    }
+    if square > 0.0 && product > 0.0 { product / square } else { 1.0 }
+}
