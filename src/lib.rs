@@ -83,7 +83,7 @@ pub mod visibility;
 pub use brdf::Brdf;
 pub use direction::Pair;
 pub use error::{BadInput, Error, Result};
-pub use filter::{Control, Effective, Method, Quality, Summary, Value, effective};
+pub use filter::{Control, Effective, Method, Plan, Quality, Summary, Value, effective};
 pub use geometry::Tile;
 pub use material::{Material, SmallScale, Surface, Tint};
 pub use render::Scene;
