@@ -4,7 +4,9 @@
 //! every comparison. Here each keeps its triangle and its place in it, and stands for the area that the triangle has now: the sums
 //! are then as smooth in the parameters as the bits of visibility allow.
 
-use super::{Density, Facets, NO_TRIANGLE, Runs, Surface, sample};
+use super::density::Density;
+use super::samples::{Facets, NO_TRIANGLE, Runs, sample};
+use super::surface::Surface;
 use crate::geometry::Tile;
 use crate::material::SmallScale;
 use glam::{DVec2, DVec3};

@@ -1,7 +1,9 @@
 //! Facets at random, as Wu et al. (2011, section 3.2) place them: what the low-rank method as published uses. Everything else uses
 //! [`super::sample`], whose errors are smaller and known.
 
-use super::{ALIGNMENT, Density, Facets, Sample, Surface};
+use super::density::Density;
+use super::samples::{ALIGNMENT, Facets, Sample};
+use super::surface::Surface;
 use crate::material::{SmallScale, Tint};
 use crate::numerics::low_discrepancy::{fraction, hash};
 use crate::numerics::random::hash_64;

@@ -17,8 +17,7 @@ use super::tracer::Tracer;
 use crate::brdf::Brdf;
 use crate::direction::{Pair, above_horizon};
 use crate::error::{Error, Result};
-use crate::facets::common_random_numbers::CommonSamples;
-use crate::facets::{Facets, NO_TRIANGLE, SETS};
+use crate::facets::{CommonSamples, Facets, NO_TRIANGLE, SETS};
 use crate::material::{SmallScale, Surface, Tint};
 use glam::DVec3;
 
