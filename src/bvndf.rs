@@ -1,16 +1,16 @@
 //! The bidirectional visible normal distribution function: how much of each normal cluster two directions see (Wu et al. 2011, eq. 6 and 11).
 //!
 //! With facets of one area `dA`, `gamma(cluster; wi, wo) = dA · popcount(V(wi) & V(wo) & cluster)`. Facets of a cluster fill whole words,
-//! and the set of a facet is its bit's place mod 8: the standard error needs eight counts. Words are turned ([`by_set`]) so that
-//! each set has a byte of its own, once a direction; a pair then needs one `and` and one count of bits in bytes for all eight.
+//! and the replicate of a facet is its bit's place mod 8: the standard error needs eight counts. Words are turned ([`by_replicate`]) so that
+//! each replicate has a byte of its own, once a direction; a pair then needs one `and` and one count of bits in bytes for all eight.
 //! Counts are integers: equal bits give equal values at any number of threads.
 
 /// Words whose counts fit the bytes of one number: each adds at most 8.
 pub const WORDS_PER_BYTES: usize = 31;
 
-/// Moves bit `8 a + b` to `8 b + a`: the facets of set `r` are then byte `r` (Warren, *Hacker's Delight*, section 7-3).
+/// Moves bit `8 a + b` to `8 b + a`: the facets of replicate `r` are then byte `r` (Warren, *Hacker's Delight*, section 7-3).
 #[inline(always)]
-pub const fn by_set(mut word: u64) -> u64 {
+pub const fn by_replicate(mut word: u64) -> u64 {
     let mut swap = (word ^ (word >> 7)) & 0x00AA_00AA_00AA_00AA;
     word ^= swap ^ (swap << 7);
     swap = (word ^ (word >> 14)) & 0x0000_CCCC_0000_CCCC;
@@ -19,7 +19,7 @@ pub const fn by_set(mut word: u64) -> u64 {
     word ^ swap ^ (swap << 28)
 }
 
-/// Facets of a word, turned by [`by_set`], that both directions see: byte `r` for set `r`.
+/// Facets of a word, turned by [`by_replicate`], that both directions see: byte `r` for replicate `r`.
 #[inline(always)]
 pub const fn both_see(light: u64, viewer: u64) -> u64 {
     let both = light & viewer;
@@ -31,7 +31,7 @@ pub const fn both_see(light: u64, viewer: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::facets::SETS;
+    use crate::facets::REPLICATES;
     use crate::numerics::low_discrepancy::hash;
 
     #[test]
@@ -43,21 +43,21 @@ mod tests {
                 // The most that a byte has to hold.
                 (a, b) = (vec![u64::MAX; words], vec![u64::MAX; words]);
             }
-            let mut expected = [0; SETS];
+            let mut expected = [0; REPLICATES];
             for bit in 0..words * 64 {
                 let see = |words: &[u64]| words[bit / 64] >> (bit % 64) & 1 == 1;
-                expected[bit % SETS] += u64::from(see(&a) && see(&b));
+                expected[bit % REPLICATES] += u64::from(see(&a) && see(&b));
             }
-            let counts: u64 = a.iter().zip(&b).map(|(&a, &b)| both_see(by_set(a), by_set(b))).sum();
-            assert_eq!(std::array::from_fn::<u64, SETS, _>(|r| counts >> (8 * r) & 0xFF), expected, "{words} words");
+            let counts: u64 = a.iter().zip(&b).map(|(&a, &b)| both_see(by_replicate(a), by_replicate(b))).sum();
+            assert_eq!(std::array::from_fn::<u64, REPLICATES, _>(|r| counts >> (8 * r) & 0xFF), expected, "{words} words");
         }
     }
 
     #[test]
     fn turning_twice_gives_the_word_back() {
         for k in 0..64 {
-            assert_eq!(by_set(1 << k), 1 << (k % 8 * 8 + k / 8));
-            assert_eq!(by_set(by_set(1 << k)), 1 << k);
+            assert_eq!(by_replicate(1 << k), 1 << (k % 8 * 8 + k / 8));
+            assert_eq!(by_replicate(by_replicate(1 << k)), 1 << k);
         }
     }
 }

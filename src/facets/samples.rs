@@ -7,8 +7,8 @@ use crate::numerics::low_discrepancy::{fraction, sobol_2d};
 use glam::{DVec3, Vec3};
 use std::ops::Range;
 
-/// Sets of facets whose spread gives the standard error.
-pub const SETS: usize = 8;
+/// Replicates: interleaved subsets of facets whose spread gives the standard error.
+pub const REPLICATES: usize = 8;
 /// The facets of one surface start at a multiple of this and are filled up to one: a word of visibility bits.
 pub const ALIGNMENT: usize = 64;
 /// Triangle of a facet that only fills up.
@@ -35,21 +35,21 @@ pub struct Facets {
     pub samples: usize,
 }
 
-/// Samples to make facets of: for each set a run of the sequence. `rows`, the length of all runs, is a power of two, and each start is a
+/// Samples to make facets of: for each replicate a run of the sequence. `rows`, the length of all runs, is a power of two, and each start is a
 /// multiple of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Runs {
-    /// First sample of each set.
-    pub starts: [u32; SETS],
-    /// Samples of each set.
+    /// First sample of each replicate.
+    pub starts: [u32; REPLICATES],
+    /// Samples of each replicate.
     pub rows: u32,
 }
 
 impl Runs {
-    /// Part `part` of `parts` of the samples `start..start + length`, the eighths of which are the sets.
+    /// Part `part` of `parts` of the samples `start..start + length`, the eighths of which are the replicates.
     pub fn of_block(start: u32, length: u32, part: u32, parts: u32) -> Self {
-        let (set, rows) = (length / SETS as u32, length / SETS as u32 / parts);
-        let mut starts = [start + part * rows; SETS];
+        let (set, rows) = (length / REPLICATES as u32, length / REPLICATES as u32 / parts);
+        let mut starts = [start + part * rows; REPLICATES];
         for (r, s) in (0..).zip(&mut starts) {
             *s += r * set;
         }
@@ -60,8 +60,8 @@ impl Runs {
 /// Facets of some samples of the sequence `seed`.
 pub fn sample(small: &SmallScale, surface: &Surface, density: &Density, runs: Runs, seed: u32) -> Facets {
     let rows = runs.rows as usize;
-    let samples = rows * SETS;
-    // One row a stretch of the surface, one column a set.
+    let samples = rows * REPLICATES;
+    // One row a stretch of the surface, one column a replicate.
     let mut table = vec![Sample { triangle: NO_TRIANGLE, barycentric: [0.0; 3], weight: 0.0, place: 0.0 }; samples];
     for (set, start) in runs.starts.into_iter().enumerate() {
         for t in start..start + runs.rows {
@@ -69,7 +69,7 @@ pub fn sample(small: &SmallScale, surface: &Surface, density: &Density, runs: Ru
             let row = ((u64::from(first) * rows as u64) >> 32) as usize;
             let (triangle, along, weight, place) = density.locate(fraction(first));
             let barycentric = surface.barycentric(triangle, along, fraction(second));
-            let slot = &mut table[row * SETS + set];
+            let slot = &mut table[row * REPLICATES + set];
             debug_assert_eq!(slot.triangle, NO_TRIANGLE, "two samples of a set in one stratum");
             #[expect(clippy::cast_possible_truncation, reason = "triangles are counted in u32")]
             let triangle = triangle as u32;
@@ -84,11 +84,11 @@ pub fn sample(small: &SmallScale, surface: &Surface, density: &Density, runs: Ru
     for g in (0..).take(surface.groups.len()) {
         let start = facets.triangle.len();
         // A row at the seam of two groups is looked at for both.
-        while next > 0 && holds(&table[(next - 1) * SETS..next * SETS], g) {
+        while next > 0 && holds(&table[(next - 1) * REPLICATES..next * REPLICATES], g) {
             next -= 1;
         }
-        while next < rows && holds(&table[next * SETS..(next + 1) * SETS], g) {
-            for sample in &table[next * SETS..(next + 1) * SETS] {
+        while next < rows && holds(&table[next * REPLICATES..(next + 1) * REPLICATES], g) {
+            for sample in &table[next * REPLICATES..(next + 1) * REPLICATES] {
                 let mine = surface.group[sample.triangle as usize] == g;
                 facets.push(small, surface, mine.then_some(sample));
             }
@@ -102,7 +102,7 @@ pub fn sample(small: &SmallScale, surface: &Surface, density: &Density, runs: Ru
     facets
 }
 
-/// Facets at places that a caller chose: how far along the area of `density`, and across the triangle found there, each in 0..1. Their sets
+/// Facets at places that a caller chose: how far along the area of `density`, and across the triangle found there, each in 0..1. Their replicates
 /// mean nothing.
 pub(crate) fn at_places(small: &SmallScale, surface: &Surface, density: &Density, places: &[[f64; 2]]) -> Facets {
     let mut samples: Vec<Sample> = places

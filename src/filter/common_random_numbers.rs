@@ -17,7 +17,7 @@ use super::tracer::Tracer;
 use crate::brdf::Brdf;
 use crate::direction::{Pair, above_horizon};
 use crate::error::{Error, Result};
-use crate::facets::{CommonSamples, Facets, NO_TRIANGLE, SETS};
+use crate::facets::{CommonSamples, Facets, NO_TRIANGLE, REPLICATES};
 use crate::material::{SmallScale, Surface, Tint};
 use glam::DVec3;
 
@@ -165,7 +165,7 @@ impl PlacedSamples<'_> {
             let brdf = basis_brdf(&surface.brdf, slot.colour);
             let mut of_surfaces: Vec<Vec<Lobe<'_>>> = vec![Vec::new(); small.surfaces.len()];
             of_surfaces[slot.surface] = lobes::lobes(&brdf, basis_tint(surface, slot.colour));
-            let mut sums = vec![[[0.0; 3]; SETS]; query.pairs.len()];
+            let mut sums = vec![[[0.0; 3]; REPLICATES]; query.pairs.len()];
             let mut rest = &mut sums[..];
             let of_facets = FacetSums { facets, bits: &bits, query: &query, groups: &tracer.surface.groups, lobes: &of_surfaces };
             for task in query.tasks() {
@@ -173,7 +173,7 @@ impl PlacedSamples<'_> {
                 of_facets.add(task, &mut views, slice);
                 rest = after;
             }
-            let value = |sets: &[[f64; 3]; SETS]| std::array::from_fn(|c| scale * sets.iter().map(|set| set[c]).sum::<f64>());
+            let value = |sets: &[[f64; 3]; REPLICATES]| std::array::from_fn(|c| scale * sets.iter().map(|set| set[c]).sum::<f64>());
             let entries = query.entries.iter();
             reflectance.s.push(entries.map(|w| w.map_or([0.0; 3], |w| value(&sums[w.pair as usize]))).collect());
         }

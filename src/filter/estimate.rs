@@ -1,18 +1,18 @@
-//! Values and their standard errors from the sums of eight interleaved sets of facets.
+//! Values and their standard errors from the sums of eight interleaved replicates of facets.
 //!
-//! With `S_r` and `a_r`, the `av` of each set, and `q = mean S / mean a`, the spread of `S_r - q a_r` gives the standard error that eight
-//! independent sets would have (`numerics.md`, section 3.6). The sets share one low-discrepancy sequence and err less together; by how
+//! With `S_r` and `a_r`, the `av` of each replicate, and `q = mean S / mean a`, the spread of `S_r - q a_r` gives the standard error that eight
+//! independent replicates would have (`numerics.md`, section 3.6). The replicates share one low-discrepancy sequence and err less together; by how
 //! much is read off the spread of pairs and of fours of them, pooled over all values: see [`Spread::correction`].
 
 use super::query::Query;
 use super::sums::PairSums;
 use super::value::Value;
 use crate::direction::{MIN_COSINE, Pair};
-use crate::facets::SETS;
+use crate::facets::REPLICATES;
 use crate::simd::{self, Kernel};
 use rayon::prelude::*;
 
-/// Squared deviations, pooled over values, of eight sets, of four pairs of sets, and of two fours of them; and the squared values.
+/// Squared deviations, pooled over values, of eight replicates, of four pairs of replicates, and of two fours of them; and the squared values.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Spread {
     groups: [f64; 3],
@@ -20,27 +20,27 @@ pub struct Spread {
 }
 
 /// The value of a pair whose light's direction has z component `cos_i`, from sums over `samples` samples; its standard errors are
-/// those of independent sets. Adds to `spread`.
+/// those of independent replicates. Adds to `spread`.
 #[inline(always)]
-pub fn value(s: &PairSums, area: &[f64; SETS], samples: u32, cos_i: f64, spread: &mut Spread) -> Value {
-    let scale = SETS as f64 / f64::from(samples);
-    let mut a = [0.0; SETS];
-    for r in 0..SETS {
+pub fn value(s: &PairSums, area: &[f64; REPLICATES], samples: u32, cos_i: f64, spread: &mut Spread) -> Value {
+    let scale = REPLICATES as f64 / f64::from(samples);
+    let mut a = [0.0; REPLICATES];
+    for r in 0..REPLICATES {
         a[r] = area[r] * scale;
     }
     let mean_a = mean(&a);
     let (inverse_a, inverse_cos) = (1.0 / mean_a, 1.0 / cos_i.max(MIN_COSINE));
     let mut value = Value { av: mean_a, ..Value::default() };
     for c in 0..3 {
-        let mut own = [0.0; SETS];
-        for r in 0..SETS {
+        let mut own = [0.0; REPLICATES];
+        for r in 0..REPLICATES {
             own[r] = s[r][c] * scale;
         }
         value.s[c] = mean(&own);
         value.s_se[c] = variances_of_mean(&own, value.s[c])[0].sqrt();
         if mean_a > 0.0 {
             let q = value.s[c] * inverse_a;
-            for r in 0..SETS {
+            for r in 0..REPLICATES {
                 own[r] = (own[r] - q * a[r]) * inverse_a;
             }
             // Their mean is 0: q is the ratio of the means.
@@ -71,22 +71,22 @@ fn sum<const N: usize>(mut x: [f64; N]) -> f64 {
 }
 
 #[inline(always)]
-fn mean(sets: &[f64; SETS]) -> f64 {
-    sum(*sets) / SETS as f64
+fn mean(sets: &[f64; REPLICATES]) -> f64 {
+    sum(*sets) / REPLICATES as f64
 }
 
-/// Variances of the mean of all sets, from the spread of the sets, of the means of neighbouring two, and of neighbouring four.
+/// Variances of the mean of all replicates, from the spread of the replicates, of the means of neighbouring two, and of neighbouring four.
 #[inline(always)]
-fn variances_of_mean(sets: &[f64; SETS], mean: f64) -> [f64; 3] {
-    let mut ones = [0.0; SETS];
-    for r in 0..SETS {
+fn variances_of_mean(sets: &[f64; REPLICATES], mean: f64) -> [f64; 3] {
+    let mut ones = [0.0; REPLICATES];
+    for r in 0..REPLICATES {
         ones[r] = sets[r] - mean;
     }
-    let (mut twos, mut fours) = ([0.0; SETS / 2], [0.0; SETS / 4]);
-    for r in 0..SETS / 2 {
+    let (mut twos, mut fours) = ([0.0; REPLICATES / 2], [0.0; REPLICATES / 4]);
+    for r in 0..REPLICATES / 2 {
         twos[r] = 0.5 * (ones[2 * r] + ones[2 * r + 1]);
     }
-    for r in 0..SETS / 4 {
+    for r in 0..REPLICATES / 4 {
         fours[r] = 0.5 * (twos[2 * r] + twos[2 * r + 1]);
     }
     [variance(&ones), variance(&twos), variance(&fours)]
@@ -103,11 +103,11 @@ fn variance<const N: usize>(deviations: &[f64; N]) -> f64 {
 }
 
 impl Spread {
-    /// Factor, at most 1, from the standard error of independent sets to that of sets that share a sequence.
+    /// Factor, at most 1, from the standard error of independent replicates to that of replicates that share a sequence.
     ///
-    /// Were the sets independent, groups of any size would tell the same variance of the mean. Where the error of a sequence falls
+    /// Were the replicates independent, groups of any size would tell the same variance of the mean. Where the error of a sequence falls
     /// faster than that of random samples, larger groups tell less: a line through the logarithms of the three variances, weighted by
-    /// their degrees of freedom, is continued by one more doubling, to all eight sets. Its slope is held between that of random
+    /// their degrees of freedom, is continued by one more doubling, to all eight replicates. Its slope is held between that of random
     /// samples and that of an error that falls as samples^-.86, the most that was measured: noise must not promise more.
     pub fn correction(&self) -> f64 {
         /// Degrees of freedom of eight, four and two groups.
@@ -128,7 +128,7 @@ impl Spread {
             xx += WEIGHTS[k] * x * x;
         }
         let slope = (xy / xx).clamp(STEEPEST, 0.0);
-        // Three doublings from one set to all eight; half of it for a standard error.
+        // Three doublings from one replicate to all eight; half of it for a standard error.
         (1.5 * slope).exp()
     }
 
@@ -156,7 +156,7 @@ pub(super) struct CompleteSums<'a> {
     /// Place of the first pair in [`Query::pairs`].
     pub first: usize,
     /// Sums of visible area, one a direction.
-    pub areas: &'a [[f64; SETS]],
+    pub areas: &'a [[f64; REPLICATES]],
     /// Samples that were summed over.
     pub samples: u32,
 }
@@ -216,13 +216,13 @@ mod tests {
 
     #[test]
     fn independent_sets_give_the_textbook_standard_error() {
-        let mut sums = [[0.0; 3]; SETS];
+        let mut sums = [[0.0; 3]; REPLICATES];
         for (r, s) in sums.iter_mut().enumerate() {
             *s = [r as f64; 3];
         }
         let mut spread = Spread::default();
         // Means 0..8 over an area of exactly 1: standard deviation of 0..8 over the root of 8.
-        let value = value(&sums, &[1.0; SETS], SETS as u32, 1.0, &mut spread);
+        let value = value(&sums, &[1.0; REPLICATES], REPLICATES as u32, 1.0, &mut spread);
         assert!((value.fbar[0] - 3.5).abs() < 1e-12);
         assert!((value.se[0] - (6.0_f64 / 8.0).sqrt()).abs() < 1e-12, "{}", value.se[0]);
     }
@@ -230,13 +230,13 @@ mod tests {
     #[test]
     fn noise_that_area_and_sum_share_cancels() {
         let area = [1.0, 1.1, 0.9, 1.05, 0.95, 1.2, 0.8, 1.0];
-        let value = value(&area.map(|a| [0.3 * a; 3]), &area, SETS as u32, 1.0, &mut Spread::default());
+        let value = value(&area.map(|a| [0.3 * a; 3]), &area, REPLICATES as u32, 1.0, &mut Spread::default());
         assert!((value.fbar[1] - 0.3).abs() < 1e-12 && value.se[1] < 1e-12, "{value:?}");
     }
 
     #[test]
     fn nothing_visible_is_zero_and_not_nan() {
-        let value = value(&[[0.0; 3]; SETS], &[0.0; SETS], 2048, 0.0, &mut Spread::default());
+        let value = value(&[[0.0; 3]; REPLICATES], &[0.0; REPLICATES], 2048, 0.0, &mut Spread::default());
         assert_eq!(value, Value::default());
     }
 

@@ -4,7 +4,7 @@ use super::sums::{Materials, PairSums, add_pairs, surface_lobes};
 use super::tracer::{Batch, Tracer};
 use super::*;
 use crate::direction::Pair;
-use crate::facets::{Clustering, Runs, SETS};
+use crate::facets::{Clustering, REPLICATES, Runs};
 use crate::material::{Material, SmallScale, Tint, TintImage};
 use crate::toml_reader::Source;
 use glam::DVec3;
@@ -66,7 +66,7 @@ fn by_loop(small: &SmallScale, tracer: &Tracer<'_>, batch: &Batch, query: &Query
     let facets = &batch.facets;
     let one = |&[i, o]: &[u32; 2]| {
         let (wi, wo) = (query.directions[i as usize], query.directions[o as usize]);
-        let mut sums = [[0.0; 3]; SETS];
+        let mut sums = [[0.0; 3]; REPLICATES];
         for (f, &t) in facets.triangle.iter().enumerate() {
             let sees = |d: u32| batch.bits.row(d as usize)[f / 64] >> (f % 64) & 1 == 1;
             if sees(i) && sees(o) {
@@ -78,7 +78,7 @@ fn by_loop(small: &SmallScale, tracer: &Tracer<'_>, batch: &Batch, query: &Query
                         Tint::Uniform(tint) => tint[c],
                         Tint::Image(_) => f64::from(facets.tint.as_ref().unwrap()[c][f]),
                     };
-                    sums[f % SETS][c] += f64::from(facets.weight[f]) * tint * fr[c] * n.dot(wi).max(0.0) * n.dot(wo).max(0.0);
+                    sums[f % REPLICATES][c] += f64::from(facets.weight[f]) * tint * fr[c] * n.dot(wi).max(0.0) * n.dot(wo).max(0.0);
                 }
             }
         }
@@ -99,7 +99,7 @@ fn assert_agree(got: &[PairSums], expected: &[PairSums], relative: f64, absolute
 
 fn sums(small: &SmallScale, tracer: &Tracer<'_>, batch: &Batch, query: &Query, by_clusters: bool) -> Vec<PairSums> {
     let lobes = surface_lobes(&small.surfaces);
-    let mut sums = vec![[[0.0; 3]; SETS]; query.pairs.len()];
+    let mut sums = vec![[[0.0; 3]; REPLICATES]; query.pairs.len()];
     add_pairs(batch, query, &query.tasks(), &Materials::new(&tracer.surface.groups, &lobes, by_clusters), &mut sums);
     sums
 }
@@ -163,7 +163,7 @@ fn wide_clusters_of_a_smooth_surface_err_by_little_and_less_than_mean_normals_wo
         group.cluster.as_mut().unwrap().covariance = [0.0; 3];
     }
     let lobes = surface_lobes(&small.surfaces);
-    let mut by_means = vec![[[0.0; 3]; SETS]; query.pairs.len()];
+    let mut by_means = vec![[[0.0; 3]; REPLICATES]; query.pairs.len()];
     add_pairs(&batch, &query, &query.tasks(), &Materials::new(&narrow, &lobes, true), &mut by_means);
     let by_means = relative(&by_means, &expected);
     // Slopes spread by .4 of the roughness: far beyond what the direct method accepts.

@@ -8,7 +8,7 @@ use super::tracer::{BATCH, Batch, Tracer};
 use super::value::Value;
 use crate::direction::Pair;
 use crate::error::Result;
-use crate::facets::{Group, Runs, SETS, Surface};
+use crate::facets::{Group, REPLICATES, Runs, Surface};
 use crate::material;
 use glam::DVec3;
 
@@ -20,7 +20,7 @@ pub struct Prepared<'a> {
     pairs: &'a [Pair],
     query: Query,
     batches: Vec<Batch>,
-    areas: Vec<[f64; SETS]>,
+    areas: Vec<[f64; REPLICATES]>,
     groups: Vec<Group>,
     samples: u32,
 }
@@ -34,7 +34,7 @@ impl<'a> Prepared<'a> {
             batches.push(tracer.batch(Runs::of_block(0, samples, part, parts), &query.directions)?);
             tracer.report("visibility", f64::from(part + 1) / f64::from(parts));
         }
-        let mut areas = vec![[0.0; SETS]; query.directions.len()];
+        let mut areas = vec![[0.0; REPLICATES]; query.directions.len()];
         for batch in &batches {
             add_areas(batch, &query.directions, &mut areas);
         }
@@ -80,7 +80,7 @@ impl<'a> Prepared<'a> {
             let end = next_task + tasks[next_task..].partition_point(|t| t.end <= first + GROUP_PAIRS).max(1);
             let group = &tasks[next_task..end];
             let last = group[group.len() - 1].end;
-            let mut sums = vec![[[0.0; 3]; SETS]; last - first];
+            let mut sums = vec![[[0.0; 3]; REPLICATES]; last - first];
             for batch in &self.batches {
                 add_pairs(batch, query, group, &materials, &mut sums);
             }

@@ -6,7 +6,7 @@
 
 use crate::direction::Pair;
 use crate::error::Result;
-use crate::facets::{self, Density, Facets, NO_TRIANGLE, SETS, Surface};
+use crate::facets::{self, Density, Facets, NO_TRIANGLE, REPLICATES, Surface};
 use crate::filter::{Control, Effective, FacetSums, Query, QueryEntry, Summary, Value, Views, lobes, visible_area};
 use crate::material::{SmallScale, Tint};
 use crate::numerics::cast::halves;
@@ -228,10 +228,10 @@ impl Seen<'_> {
         let Self { facets, bits, query, .. } = self;
         let sums = FacetSums { facets, bits, query, groups: &self.surface.groups, lobes: &of_surfaces };
         let tasks = query.tasks();
-        let totals: Vec<Vec<[[f64; 3]; SETS]>> = tasks
+        let totals: Vec<Vec<[[f64; 3]; REPLICATES]>> = tasks
             .into_par_iter()
             .map(|task| {
-                let mut of_task = vec![[[0.0; 3]; SETS]; task.len()];
+                let mut of_task = vec![[[0.0; 3]; REPLICATES]; task.len()];
                 sums.add(task, &mut Views::default(), &mut of_task);
                 of_task
             })

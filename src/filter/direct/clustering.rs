@@ -5,7 +5,7 @@ use crate::brdf::Brdf;
 use crate::clusters::SPREAD_PER_ALPHA;
 use crate::direction::Pair;
 use crate::error::Result;
-use crate::facets::{Clustering, Runs, SETS};
+use crate::facets::{Clustering, REPLICATES, Runs};
 use crate::filter::control::Control;
 use crate::filter::plan::{CLUSTER_WIDTHS, DirectPlan};
 use crate::filter::query::Query;
@@ -77,12 +77,12 @@ fn bias(small: &SmallScale, tracer: &Tracer<'_>, probes: &[Pair]) -> Result<f64>
     let batch = tracer.batch(Runs::of_block(0, PARAMS.pilot_samples, 0, 1), &query.directions)?;
     let lobes = sums::surface_lobes(&small.surfaces);
     let sums_of = |by_clusters| {
-        let mut sums = vec![[[0.0; 3]; SETS]; query.pairs.len()];
+        let mut sums = vec![[[0.0; 3]; REPLICATES]; query.pairs.len()];
         sums::add_pairs(&batch, &query, &query.tasks(), &Materials::new(groups, &lobes, by_clusters), &mut sums);
         sums
     };
     let (by_clusters, by_facets) = (sums_of(true), sums_of(false));
-    let mut areas = vec![[0.0; SETS]; query.directions.len()];
+    let mut areas = vec![[0.0; REPLICATES]; query.directions.len()];
     sums::add_areas(&batch, &query.directions, &mut areas);
     let total = |s: &PairSums, c: usize| s.iter().map(|set| set[c]).sum::<f64>();
     let (mut difference, mut energy) = (0.0, 0.0);

@@ -5,7 +5,7 @@ use super::rounds::Asked;
 use super::run::{BlockCost, DirectRun, Outcome};
 use crate::direction::Pair;
 use crate::error::Result;
-use crate::facets::{Runs, SETS};
+use crate::facets::{REPLICATES, Runs};
 use crate::filter::control::Control;
 use crate::filter::plan::DirectPlan;
 use crate::filter::prepared::Prepared;
@@ -80,7 +80,7 @@ fn seconds_a_sample(run: &DirectRun<'_, '_>, query: &Query) -> f64 {
 /// `samples`, or so many times two as these few `directions` need for [`DirectRun::searches`] to end, up to `most`.
 fn enough_to_see(run: &mut DirectRun<'_, '_>, directions: &[DVec3], mut samples: u32, most: u32, pairs: usize) -> Result<u32> {
     while 2 * samples <= most && run.searches(directions.len(), samples, pairs) {
-        let mut areas = vec![[0.0; SETS]; directions.len()];
+        let mut areas = vec![[0.0; REPLICATES]; directions.len()];
         let parts = samples.div_ceil(BATCH);
         for part in 0..parts {
             let batch = run.tracer.batch(Runs::of_block(0, samples, part, parts), directions)?;

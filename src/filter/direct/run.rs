@@ -3,7 +3,7 @@
 use super::params::PARAMS;
 use crate::direction::Pair;
 use crate::error::Result;
-use crate::facets::{ALIGNMENT, Runs, SETS};
+use crate::facets::{ALIGNMENT, REPLICATES, Runs};
 use crate::filter::control::Control;
 use crate::filter::estimate::{self, CompleteSums, Spread};
 use crate::filter::importance::{self, PilotValue};
@@ -33,7 +33,7 @@ impl StartHint {
 pub(super) struct Accumulated {
     pub samples: u32,
     pub pairs: Vec<PairSums>,
-    pub areas: Vec<[f64; SETS]>,
+    pub areas: Vec<[f64; REPLICATES]>,
 }
 
 /// What a block of samples cost: what tells what more would.
@@ -121,8 +121,8 @@ impl<'a, 'p> DirectRun<'a, 'p> {
         let materials = Materials::new(&self.tracer.surface.groups, &lobes, true);
         let mut total = Accumulated {
             samples: start + length,
-            pairs: vec![[[0.0; 3]; SETS]; self.query.pairs.len()],
-            areas: vec![[0.0; SETS]; self.query.directions.len()],
+            pairs: vec![[[0.0; 3]; REPLICATES]; self.query.pairs.len()],
+            areas: vec![[0.0; REPLICATES]; self.query.directions.len()],
         };
         let parts = length.div_ceil(BATCH);
         let mut last = None;
@@ -176,9 +176,9 @@ impl<'a, 'p> DirectRun<'a, 'p> {
 impl Accumulated {
     /// Sums of these samples and of as many new ones: neighbouring replicates are united, so that each stays a run of the sequence.
     pub fn merge(&self, new: &Self) -> Self {
-        fn unite<T: Copy>(old: &[T; SETS], new: &[T; SETS], add: impl Fn(T, T) -> T) -> [T; SETS] {
-            let half = |sets: &[T; SETS], r: usize| add(sets[2 * r], sets[2 * r + 1]);
-            std::array::from_fn(|r| if r < SETS / 2 { half(old, r) } else { half(new, r - SETS / 2) })
+        fn unite<T: Copy>(old: &[T; REPLICATES], new: &[T; REPLICATES], add: impl Fn(T, T) -> T) -> [T; REPLICATES] {
+            let half = |sets: &[T; REPLICATES], r: usize| add(sets[2 * r], sets[2 * r + 1]);
+            std::array::from_fn(|r| if r < REPLICATES / 2 { half(old, r) } else { half(new, r - REPLICATES / 2) })
         }
         let add = |a: [f64; 3], b: [f64; 3]| [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
         Self {

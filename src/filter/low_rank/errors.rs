@@ -1,7 +1,7 @@
 //! How far the values of the low-rank method are off, and the settings that keep a tolerance.
 //!
 //! For up to [`PROBES`] pairs of the list the same facets are also summed one by one, with what they see of exactly these directions: the
-//! spread of eight sets of them is the error of the facets, the difference from their sums the bias of all that is low-rank, binned or
+//! spread of eight replicates of them is the error of the facets, the difference from their sums the bias of all that is low-rank, binned or
 //! interpolated.
 
 use super::by_maps::by_maps;
@@ -9,7 +9,7 @@ use super::by_pairs::by_pairs;
 use super::run::{LowRankRun, RawValues, Stage};
 use crate::direction::Pair;
 use crate::error::Result;
-use crate::facets::SETS;
+use crate::facets::REPLICATES;
 use crate::filter::estimate::{CompleteSums, Spread};
 use crate::filter::plan::{LowRankPlan, MAX_FACETS, MAX_NORMALS};
 use crate::filter::query::Query;
@@ -92,11 +92,11 @@ fn exact(run: &mut LowRankRun<'_>, plan: &LowRankPlan, probes: &Probes) -> Resul
     let bits = run.tracer.see(&facets, &query.directions)?;
     let samples = u32::try_from(facets.samples).expect("at most MAX_FACETS");
     let batch = Batch { facets, bits, seconds: [0.0; 2] };
-    let mut areas = vec![[0.0; SETS]; query.directions.len()];
+    let mut areas = vec![[0.0; REPLICATES]; query.directions.len()];
     sums::add_areas(&batch, &query.directions, &mut areas);
     let lobes = sums::surface_lobes(&run.small.surfaces);
     let materials = Materials::new(&run.tracer.surface.groups, &lobes, false);
-    let mut of_pairs = vec![[[0.0; 3]; SETS]; query.pairs.len()];
+    let mut of_pairs = vec![[[0.0; 3]; REPLICATES]; query.pairs.len()];
     sums::add_pairs(&batch, query, &query.tasks(), &materials, &mut of_pairs);
     let (mut values, mut spread) = (vec![Value::default(); probes.pairs.len()], Spread::default());
     CompleteSums { query, list: &probes.pairs, sums: &of_pairs, first: 0, areas: &areas, samples }.write(

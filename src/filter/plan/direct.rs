@@ -1,7 +1,7 @@
 //! The plan of a run of the method `direct`: samples, where they go, how wide clusters are.
 
 use crate::error::BadInput;
-use crate::facets::SETS;
+use crate::facets::REPLICATES;
 use crate::filter::tolerance::MAX_SAMPLES;
 use std::fmt;
 use std::str::FromStr;
@@ -11,7 +11,7 @@ use std::str::FromStr;
 pub const CLUSTER_WIDTHS: [f64; 4] = [1.0, 0.7, 0.5, 0.0];
 
 /// Fewest samples of a plan: eight for each of the eight replicates, whose runs of the sequence must be aligned.
-const MIN_SAMPLES: u32 = 8 * SETS as u32;
+const MIN_SAMPLES: u32 = 8 * REPLICATES as u32;
 
 /// All that fixes the bits of a run of `direct` beside its seed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,12 +1,12 @@
 //! Visible area: `av` of one direction.
 
 use super::views::{blocks, lanes, masked_cosine, seen};
-use crate::facets::{Facets, SETS};
+use crate::facets::{Facets, REPLICATES};
 use crate::simd::{self, Kernel, LANES};
 use glam::DVec3;
 
-/// Sums over the facets of `weight (n·w)+ V(w)` for one direction, a set each: `av` times the number of samples.
-pub fn visible_area(facets: &Facets, direction: DVec3, bits: &[u64]) -> [f64; SETS] {
+/// Sums over the facets of `weight (n·w)+ V(w)` for one direction, a replicate each: `av` times the number of samples.
+pub fn visible_area(facets: &Facets, direction: DVec3, bits: &[u64]) -> [f64; REPLICATES] {
     simd::run(VisibleArea { facets, direction, bits })
 }
 
@@ -17,12 +17,12 @@ struct VisibleArea<'a> {
 }
 
 impl Kernel for VisibleArea<'_> {
-    type Output = [f64; SETS];
+    type Output = [f64; REPLICATES];
 
     #[inline(always)]
-    fn run(self) -> [f64; SETS] {
+    fn run(self) -> [f64; REPLICATES] {
         let Self { facets, direction, bits } = self;
-        let mut sums = [0.0; SETS];
+        let mut sums = [0.0; REPLICATES];
         for block in blocks(0..facets.triangle.len()) {
             let mut acc = [0.0; LANES];
             for chunk in block.step_by(LANES) {
@@ -36,7 +36,7 @@ impl Kernel for VisibleArea<'_> {
                 }
             }
             for (l, a) in acc.iter().enumerate() {
-                sums[l % SETS] += f64::from(*a);
+                sums[l % REPLICATES] += f64::from(*a);
             }
         }
         sums

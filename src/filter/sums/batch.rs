@@ -6,7 +6,7 @@ use super::facets::FacetSums;
 use super::task::{PairSums, of_task};
 use super::views::Views;
 use crate::clusters::Cluster;
-use crate::facets::{Group, SETS, Surface};
+use crate::facets::{Group, REPLICATES, Surface};
 use crate::filter::lobes::{self, Lobe};
 use crate::filter::query::Query;
 use crate::filter::tracer::Batch;
@@ -23,13 +23,13 @@ pub fn surface_lobes(surfaces: &[material::Surface]) -> Vec<Vec<Lobe<'_>>> {
 
 /// Those of `directions`, with sums of visible `areas`, that are under-sampled: a triangle faces them, and yet a whole replicate shows nothing of them,
 /// so that the spread of the replicates does not tell their error.
-pub fn undersampled(surface: &Surface, directions: &[DVec3], areas: &[[f64; SETS]]) -> Vec<DVec3> {
+pub fn undersampled(surface: &Surface, directions: &[DVec3], areas: &[[f64; REPLICATES]]) -> Vec<DVec3> {
     let faced = |w: DVec3| surface.normals.iter().any(|n| n.dot(w) > 0.0);
     directions.iter().zip(areas).filter(|(w, sets)| sets.contains(&0.0) && faced(**w)).map(|(w, _)| *w).collect()
 }
 
 /// Adds the sums over a batch of visible area, one element a direction.
-pub fn add_areas(batch: &Batch, directions: &[DVec3], areas: &mut [[f64; SETS]]) {
+pub fn add_areas(batch: &Batch, directions: &[DVec3], areas: &mut [[f64; REPLICATES]]) {
     areas.par_iter_mut().zip(directions).enumerate().for_each(|(d, (area, &direction))| {
         for (sum, new) in area.iter_mut().zip(visible_area(&batch.facets, direction, batch.bits.row(d))) {
             *sum += new;

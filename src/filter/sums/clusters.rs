@@ -4,9 +4,9 @@
 //! that the caller measures.
 
 use super::task::{PairSums, TaskPair};
-use crate::bvndf::{WORDS_PER_BYTES, both_see, by_set};
+use crate::bvndf::{WORDS_PER_BYTES, both_see, by_replicate};
 use crate::clusters::Cluster;
-use crate::facets::SETS;
+use crate::facets::REPLICATES;
 use crate::filter::lobes::{Lobe, Masking, Shape, cosines};
 use crate::simd::{self, Kernel, LANES, Lanes};
 use glam::{DVec3, Vec3};
@@ -71,7 +71,7 @@ impl<'a> ClusteredLobe<'a> {
 pub struct ClusterViews {
     /// For each direction and chunk of clusters: bit `l` says that some facet of cluster `l` is seen.
     seen: Vec<u16>,
-    /// For each direction the words of the clusters, turned by [`by_set`].
+    /// For each direction the words of the clusters, turned by [`by_replicate`].
     words: Vec<u64>,
     /// For each lobe, direction and chunk: the lobe's [`Masking`] at the mean normals.
     masking: Vec<Lanes>,
@@ -110,16 +110,16 @@ impl Kernel for Add<'_> {
         let Self { clustered: Clustered { ranges, lobes, weight }, directions, pairs, views, sums } = self;
         let chunks = ranges.len().div_ceil(LANES);
         let places = views.see(ranges, lobes, directions);
-        // One number a set for each lobe, three for a table.
-        let mut acc = vec![[0.0_f32; SETS]; lobes.len()];
-        let mut tables = vec![[[0.0_f32; SETS]; 3]; lobes.len()];
+        // One number a replicate for each lobe, three for a table.
+        let mut acc = vec![[0.0_f32; REPLICATES]; lobes.len()];
+        let mut tables = vec![[[0.0_f32; REPLICATES]; 3]; lobes.len()];
         let mut values = vec![[0.0; LANES]; lobes.len()];
         let mut table_values = vec![[[0.0; LANES]; 3]; lobes.len()];
         let mut both = Vec::new();
         for (pair, sums) in pairs.iter().zip(sums) {
             let words = [views.words_of(pair.i, directions.len()), views.words_of(pair.o, directions.len())];
-            acc.fill([0.0; SETS]);
-            tables.fill([[0.0; SETS]; 3]);
+            acc.fill([0.0; REPLICATES]);
+            tables.fill([[0.0; REPLICATES]; 3]);
             for k in 0..chunks {
                 let mut left = views.seen[pair.i * chunks + k] & views.seen[pair.o * chunks + k];
                 if left == 0 {
@@ -143,12 +143,12 @@ impl Kernel for Add<'_> {
                     let count = counts(&both[of_chunk[l].start - first..of_chunk[l].end - first]);
                     for j in 0..lobes.len() {
                         let value = values[j][l];
-                        for r in 0..SETS {
+                        for r in 0..REPLICATES {
                             acc[j][r] += value * count[r];
                         }
                         if lobes[j].lobe.table.is_some() {
                             for c in 0..3 {
-                                for r in 0..SETS {
+                                for r in 0..REPLICATES {
                                     tables[j][c][r] += table_values[j][c][l] * count[r];
                                 }
                             }
@@ -159,7 +159,7 @@ impl Kernel for Add<'_> {
             let i_dot_h = 0.5 * (pair.wi + pair.wo).length();
             for (j, lobe) in lobes.iter().enumerate() {
                 let colour = lobe.lobe.colour_at(i_dot_h);
-                for r in 0..SETS {
+                for r in 0..REPLICATES {
                     for c in 0..3 {
                         let total = if lobe.lobe.table.is_some() { tables[j][c][r] } else { acc[j][r] };
                         sums[r][c] += weight * colour[c] * f64::from(total);
@@ -181,17 +181,17 @@ fn see_both(light: &[u64], viewer: &[u64], both: &mut Vec<u64>) {
     }
 }
 
-/// Facets of a cluster that both directions see, for each set, from those of its words.
+/// Facets of a cluster that both directions see, for each replicate, from those of its words.
 #[inline(always)]
-fn counts(packed: &[u64]) -> [f32; SETS] {
-    let mut counts = [0.0; SETS];
+fn counts(packed: &[u64]) -> [f32; REPLICATES] {
+    let mut counts = [0.0; REPLICATES];
     for words in packed.chunks(WORDS_PER_BYTES) {
         let mut sum = 0;
         for word in words {
             sum += word;
         }
         let bytes = sum.to_le_bytes();
-        for r in 0..SETS {
+        for r in 0..REPLICATES {
             counts[r] += f32::from(bytes[r]);
         }
     }
@@ -224,7 +224,7 @@ impl ClusterViews {
                     let mut any = 0;
                     for &word in &bits[range.clone()] {
                         any |= word;
-                        self.words.push(by_set(word));
+                        self.words.push(by_replicate(word));
                     }
                     seen |= u16::from(any != 0) << l;
                 }

@@ -1,8 +1,8 @@
-//! Direct sums over facets: `S` and `av` of many pairs, for eight sets of facets at once.
+//! Direct sums over facets: `S` and `av` of many pairs, for eight replicates of facets at once.
 //!
 //! A task is a run of pairs between few directions. For each block of facets, what depends on one direction ([`Masking`] and the
 //! visibility bit) is worked out once a direction; what depends on the half vector ([`Shape`]) once a pair, [`LANES`] facets at a
-//! time. Lane `l` belongs to set `l mod 8`, so the eight sums that the standard error needs cost nothing. Chunks of facets that one
+//! time. Lane `l` belongs to replicate `l mod 8`, so the eight sums that the standard error needs cost nothing. Chunks of facets that one
 //! of the two directions does not see at all are skipped.
 //!
 //! Additions happen in an order that the data alone fixes, with no fused operations: the bits are the same at any number of
@@ -11,7 +11,7 @@
 use super::tables;
 use super::task::{PairSums, TaskPair, of_task};
 use super::views::{BLOCK_CHUNKS, View, Views, blocks, lanes, normals};
-use crate::facets::{Facets, Group, SETS};
+use crate::facets::{Facets, Group, REPLICATES};
 use crate::filter::lobes::{Half, Lobe, Shape, half_angles};
 use crate::filter::query::Query;
 use crate::simd::{self, Kernel, LANES, Lanes};
@@ -104,14 +104,14 @@ impl Kernel for AddLobe<'_> {
     }
 }
 
-/// Adds the sums in f32 to the sets, coloured, and clears them.
+/// Adds the sums in f32 to the replicates, coloured, and clears them.
 fn flush(acc: &mut [Lanes], channels: usize, pairs: &[TaskPair], lobe: &Lobe<'_>, sums: &mut [PairSums]) {
     for ((acc, pair), sums) in acc.chunks_exact_mut(channels).zip(pairs).zip(sums) {
         let colour = lobe.colour_at(0.5 * (pair.wi + pair.wo).length());
         for (r, set) in sums.iter_mut().enumerate() {
             for c in 0..3 {
                 let lanes = &acc[c.min(channels - 1)];
-                set[c] += colour[c] * (f64::from(lanes[r]) + f64::from(lanes[r + SETS]));
+                set[c] += colour[c] * (f64::from(lanes[r]) + f64::from(lanes[r + REPLICATES]));
             }
         }
         acc.fill([0.0; LANES]);

@@ -1,7 +1,7 @@
 //! Sums facet by facet for measured tables, whose values do not split into factors of one direction.
 
 use super::task::{PairSums, TaskPair};
-use crate::facets::{Facets, SETS};
+use crate::facets::{Facets, REPLICATES};
 use crate::filter::lobes::Lobe;
 use crate::simd::{LANES, Lanes};
 use glam::DVec3;
@@ -30,7 +30,7 @@ impl Waiting {
         for (l, &f) in self.facets[..self.count].iter().enumerate() {
             for c in 0..3 {
                 let tint = facets.tint.as_ref().map_or(1.0, |t| t[c][f]);
-                sums[f % SETS][c] += lobe.colour[c] * f64::from(tint * facets.weight[f] * values[c][l]);
+                sums[f % REPLICATES][c] += lobe.colour[c] * f64::from(tint * facets.weight[f] * values[c][l]);
             }
         }
         self.count = 0;

@@ -1,14 +1,14 @@
 //! Tasks: runs of pairs between few directions, whose sums are made together.
 
-use crate::facets::SETS;
+use crate::facets::REPLICATES;
 use crate::filter::lobes::Half;
 use crate::filter::query::Query;
 use crate::visibility::Bits;
 use glam::DVec3;
 use std::ops::Range;
 
-/// Sums of a pair: RGB for each set.
-pub type PairSums = [[f64; 3]; SETS];
+/// Sums of a pair: RGB for each replicate.
+pub type PairSums = [[f64; 3]; REPLICATES];
 
 /// A pair of a task, its directions by their place in the task.
 #[derive(Clone, Copy, Debug)]
