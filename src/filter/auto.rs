@@ -45,7 +45,7 @@ struct AutoModel {
     enough: f64,
     /// Most samples to start with: the model says where to start, not how far to go. Chosen, not measured.
     most: u32,
-    /// Most pairs for which what direct samples under-sample is looked for by the reference method. Chosen, not measured: minutes.
+    /// Most pairs for which what direct samples under-sample is looked for by the reference method. Chosen, not measured.
     reference_pairs: usize,
 }
 

@@ -3,11 +3,11 @@
 //! A tolerance is met when [`SAFETY`] times the estimated relative RMS error is within it; until then the error is brought down by more samples, of
 //! which [`needed`] says how many: errors fall as `samples^-RATE`.
 
-/// Relative RMS error of `fbar` that is asked for where a caller says nothing: half a percent, about the least difference of a smooth shade that shows.
-/// Chosen, not measured.
+/// Relative RMS error of `fbar` that is asked for where a caller says nothing: the default of `--tolerance` in
+/// `docs/commands.md`. Chosen, not measured.
 pub const DEFAULT_TOLERANCE: f64 = 0.005;
 /// To keep a tolerance, stop when this times the estimate is within it. Pairs share facets, so their errors are correlated, and the estimate of one run
-/// is within 1.5 of its own true error in 53 to 97 % of runs, within 2 in 90 to 100 % (`docs/numerics.md`, standard errors; `cargo bench --bench accuracy`).
+/// is within 1.5 of its own true error in 53 to 97 % of runs, within 2 in 90 to 100 % (`docs/numerics.md`, section 3.6).
 pub(super) const SAFETY: f64 = 1.5;
 /// The power of the samples that errors fall with: from .63 to .8, measured by `cargo bench --bench accuracy`.
 pub(super) const RATE: f64 = 0.75;

@@ -16,7 +16,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Samples of a batch: their bits and positions are what is held at once. Chosen, not measured: a bit a direction, 8 KiB each.
 pub(super) const BATCH: u32 = 1 << 16;
 
-/// What visibility costs, in nanoseconds on the machine of this project; only ratios matter. Measured once, by no command that is kept.
+/// What visibility costs, in nanoseconds; only ratios matter. The projections were measured when they were written, by no command that is kept; of the
+/// horizon angle no measurement is recorded.
 struct VisibilityCosts {
     /// To project a triangle along a direction.
     projected_triangle: f64,

@@ -2,8 +2,8 @@
 
 /// What the direct method chooses by: how many samples it starts with, when it tries a part of a list first, what it lets clusters cost.
 pub(super) struct DirectParams {
-    /// Fewest samples without a budget: the spread of eight replicates of fewer says little. Chosen, not measured: `cargo bench --bench accuracy` shows
-    /// that estimates from 2,048 samples are within a factor of 1.5 of the error in 9 of 10 runs.
+    /// Fewest samples without a budget: the spread of eight replicates of fewer says little. Chosen, not measured; `cargo bench --bench accuracy` tells how
+    /// far estimates are off that start here.
     pub min_samples: u32,
     /// Fewest samples with a budget, or where they are known to be enough. Chosen, not measured: 32 a replicate.
     pub min_budget_samples: u32,
@@ -36,7 +36,7 @@ pub(super) struct DirectParams {
     /// of its directions at least as many times those of the smallest part (`biscale study`).
     pub part_directions: usize,
     /// A part has one in so many of the pairs of its list: what costs less than rounds on the whole list, and still tells its error
-    /// (`biscale study`; one in 16 cost more).
+    /// (`biscale study`; it was one in 16 before).
     pub part_one_in: usize,
     /// Fewest pairs of a part. Chosen, not measured.
     pub part_least: usize,
@@ -51,7 +51,7 @@ pub(super) struct DirectParams {
     /// About so many pairs of a list tell the bias of clusters: eight times the 256 that `docs/numerics.md` asks for, since few grazing viewers make most
     /// of it.
     pub bias_pairs: usize,
-    /// Share of a tolerance that this bias may take: with 1.5 times the error of the samples it still keeps the whole. Chosen, not measured.
+    /// Share of a tolerance that this bias may take: more leaves too little for that of the samples. Chosen, not measured.
     pub bias_share: f64,
 
     /// Share of a budget that may be planned for: clocks and predictions are rough (`cargo bench --bench budget`: runs end within 1.2 budgets).

@@ -21,7 +21,7 @@ use crate::filter::value::Value;
 use crate::material::SmallScale;
 use rustc_hash::FxHashMap;
 
-/// Pairs on which errors are measured: twice the 256 that `docs/numerics.md` asks for.
+/// Pairs on which errors are measured: twice the 256 that `docs/numerics.md`, section 3.6, asks for.
 const PROBES: usize = 512;
 /// Share of the tolerance that the facets may take when the improved variant looks for its settings. In squares this and [`BIAS_SHARE`] are less than
 /// all of it: `.85² + .45² = .93`.
