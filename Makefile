@@ -10,7 +10,7 @@ CARGO := CARGO_NET_OFFLINE=true cargo
 
 help:
 	@echo "make demo    the sample materials as plots, tables and rendered pictures, into the folder demo; a made-up shoot captured, where OpenCV is"
-	@echo "make test    format, lints, links in the documentation and all tests"
+	@echo "make test    import circles, format, lints, links in the documentation and all tests"
 	@echo "make bench   benchmarks: CPU and wall seconds"
 
 demo:
@@ -23,6 +23,7 @@ demo:
 
 test:
 	@scripts/setup.sh test
+	scripts/structure.py --check
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --workspace --all-targets --locked --features biscale-cli/capture -- -D warnings
 	RUSTDOCFLAGS="-D warnings -A rustdoc::private-intra-doc-links" $(CARGO) doc --workspace --no-deps --document-private-items --locked --features biscale-cli/capture

@@ -5,9 +5,9 @@
 //!
 //! | file | in -> out |
 //! |---|---|
-//! | `value`, `control`, `quality` | what is answered, lent and asked for |
 //! | `tolerance` | a tolerance and an estimated error -> a number of samples |
 //! | `plan/` | a run -> a text that repeats its bits, and back |
+//! | `value`, `control`, `quality` | what is answered, lent and asked for |
 //! | `query`, `subset` | a list of pairs -> its distinct directions and pairs, each once; some of them |
 //! | `tracer` | samples of the surface -> facets, and the bits of which directions see them |
 //! | `lobes` | a BRDF -> what depends on one direction, and what on both |

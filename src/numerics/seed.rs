@@ -3,7 +3,7 @@
 use super::cast::halves;
 use super::low_discrepancy::hash;
 
-/// The 32-bit seed of a 64-bit one: both halves take part, `hash(hash(low) ^ high)`. Fewer than 1 in 4 · 10⁹ pairs of seeds collide.
+/// The 32-bit seed of a 64-bit one: both halves take part, `hash(hash(low) ^ high)`. About 1 in 4 · 10⁹ pairs of seeds collide.
 ///
 /// A stream of its own is had by flipping bits of the seed first: `fold(seed ^ u64::from(SALT))`.
 pub fn fold(seed: u64) -> u32 {
