@@ -1,4 +1,4 @@
-//! The closed set of models, and `fr` of each.
+//! The closed set of models, and `fr` of each. To add one, follow the steps at the head of `mod.rs`.
 
 use super::facet::{Colour, half_vector};
 use super::measured::Measured;

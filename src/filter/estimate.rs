@@ -106,9 +106,10 @@ impl Spread {
     /// Factor, at most 1, from the standard error of independent replicates to that of replicates that share a sequence.
     ///
     /// Were the replicates independent, groups of any size would tell the same variance of the mean. Where the error of a sequence falls
-    /// faster than that of random samples, larger groups tell less: a line through the logarithms of the three variances, weighted by
-    /// their degrees of freedom, is continued by one more doubling, to all eight replicates. Its slope is held between that of random
-    /// samples and that of an error that falls as samples^-.86, the most that was measured: noise must not promise more.
+    /// faster than that of random samples, larger groups tell less. Let `b` be the slope of a line through the logarithms of the three variances
+    /// against the logarithm (base 2) of the group's size, weighted by their degrees of freedom. All eight replicates are three doublings of one, so
+    /// the variance falls by `exp(3 b)` and the standard error by `exp(3 b / 2)`. `b` is held between 0, that of random samples, and that of an
+    /// error that falls as `samples^-.86`: noise must not promise more (`docs/numerics.md`, section 3.6).
     pub fn correction(&self) -> f64 {
         /// Degrees of freedom of eight, four and two groups.
         const WEIGHTS: [f64; 3] = [7.0, 3.0, 1.0];

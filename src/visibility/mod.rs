@@ -1,11 +1,23 @@
 //! Which facets see which directions: one bit a facet and direction.
 //!
-//! A facet sees a direction when the direction lies above the facet and the ray meets nothing on the periodic surface, however
-//! many periods away.
+//! A facet sees a direction when the direction lies above the facet and the ray meets nothing on the periodic surface, up to
+//! [`MAX_PERIODS`] periods away: at grazing angles an occluder of height `h` stands up to `h tan(theta)` away. A ray without an answer until then
+//! counts as free, and its share is part of the error.
+//!
+//! | file | what it decides |
+//! |---|---|
+//! | `choose` | which of the three answers: rays where the projection would span more than `raster::MAX_REACH` periods (grazing angles), horizon angles where they cost less |
+//! | `rays` | rays from cell to cell of the lattice, and after how many periods one is given up |
+//! | `raster` | a projection along the direction, for many facets at once |
+//! | `horizon` | the horizon angle of a height field in an azimuth, which answers for all elevations |
+//! | `bits` | the answers |
+//!
+//! The horizon itself: a direction closer to it than [`crate::direction::MIN_COSINE`] is evaluated there.
 
 #[cfg(test)]
 mod agreement_tests;
 mod bits;
+mod choose;
 mod horizon;
 pub mod raster;
 mod rays;
@@ -14,6 +26,7 @@ mod rays;
 pub(crate) mod test_tiles;
 
 pub use bits::Bits;
+pub(crate) use choose::{COSTS, Visibility};
 pub use horizon::Horizon;
 pub use rays::{Hit, MAX_PERIODS, Occlusion, PeriodicBvh, Traced};
 pub(crate) use rays::{MAX_DEPTH, depth};

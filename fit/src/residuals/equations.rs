@@ -36,7 +36,7 @@ pub struct Equations {
 pub enum Origin {
     /// A bin of a distant photograph: photograph, bin, channel.
     Bin(usize, usize, usize),
-    /// Light of a cluster of the close-up.
+    /// A light of the close-up: of a cluster, of a tone, or of a bin of its mean period.
     CloseUp,
     /// Something known beforehand.
     Prior,
@@ -45,7 +45,7 @@ pub enum Origin {
 /// A guess evaluated.
 #[derive(Clone, Debug)]
 pub struct Evaluated {
-    /// The weighted mean of the squared residuals, Huber's: 1 is the noise.
+    /// The weighted mean of the squared residuals, Huber's: 1 where they are as large as the standard deviations assumed.
     pub objective: f64,
     /// The unknowns.
     pub linear: Vec<f64>,

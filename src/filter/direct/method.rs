@@ -103,7 +103,7 @@ fn traced<'a>(
     outcome.plan.narrowed = narrowed;
     let mut notes = notes(&outcome, pairs, quality, spent());
     notes.extend(outcome.add_bias(bias));
-    notes.extend(outcome.add_lost(run.tracer.lost(), directions));
+    notes.extend(outcome.add_given_up(run.tracer.given_up(), directions));
     Ok(result(run, outcome, directions, notes))
 }
 
@@ -129,27 +129,34 @@ impl Outcome {
     /// Adds the bias of clusters to all errors, and says so.
     fn add_bias(&mut self, bias: f64) -> Option<String> {
         if bias > 0.0 {
-            self.relative_rms = self.relative_rms.hypot(bias);
-            for value in &mut self.values {
-                for c in 0..3 {
-                    value.se[c] = value.se[c].hypot(bias * value.fbar[c]);
-                    value.s_se[c] = value.s_se[c].hypot(bias * value.s[c]);
-                }
-            }
+            self.add_relative_error(bias);
             Some(format!("clusters of unequal normals err by {bias:.1e}, relative RMS; the errors include it"))
         } else {
             None
         }
     }
 
-    /// Adds the share of the rays that were given up to the relative error, and says so.
-    fn add_lost(&mut self, lost: usize, directions: usize) -> Option<String> {
-        if lost == 0 {
+    /// Adds the rays that were given up, and count as free, to the errors of all values, and says so.
+    ///
+    /// Their share is that of the samples of this result, though rays of earlier rounds count too: rather too large than too small.
+    fn add_given_up(&mut self, rays: usize, directions: usize) -> Option<String> {
+        if rays == 0 {
             return None;
         }
-        let share = lost as f64 / (f64::from(self.plan.samples()) * directions as f64);
+        let share = rays as f64 / (f64::from(self.plan.samples()) * directions as f64);
+        self.add_relative_error(share);
+        Some(format!("{rays} rays ({share:.2e} of all) passed {MAX_PERIODS} periods without an answer and count as free"))
+    }
+
+    /// Adds an error that is the same share of every value.
+    fn add_relative_error(&mut self, share: f64) {
         self.relative_rms = self.relative_rms.hypot(share);
-        Some(format!("{lost} rays ({share:.2e} of all) passed {MAX_PERIODS} periods without an answer and count as free"))
+        for value in &mut self.values {
+            for c in 0..3 {
+                value.se[c] = value.se[c].hypot(share * value.fbar[c]);
+                value.s_se[c] = value.s_se[c].hypot(share * value.s[c]);
+            }
+        }
     }
 }
 

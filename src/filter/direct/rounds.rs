@@ -27,8 +27,9 @@ pub(super) fn find(run: &mut DirectRun<'_, '_>, asked: Asked<'_>, pairs: usize, 
     // The budget must leave time for the whole.
     let tried = adapt(run, asked, PARAMS.part_budget, None)?;
     let samples = match asked.quality.budget {
-        // Rounds overshoot: between them the error tells. Too few are doubled where that costs little more than having had
-        // them at once; a long list has each round anew. What the part's directions under-sample the whole's do, too.
+        // Rounds double, so the last one overshoots: the number between them is predicted from the measured error. A short list needs no margin, since
+        // one more doubling keeps the samples it has; a long list starts each round anew, and gets one. Where the part is under-sampled the
+        // whole is, too.
         None => {
             let margin = if long { MARGIN } else { 1.0 };
             let target = required(tried.plan.samples(), SAFETY * tried.relative_rms / asked.quality.tolerance, margin).max(first);

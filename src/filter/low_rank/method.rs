@@ -52,9 +52,13 @@ fn result(mut run: LowRankRun<'_>, plan: &LowRankPlan, pairs: &[Pair], raw: RawV
         if run.choices.rows == MatrixRows::Maps { " and interpolation" } else { "" },
         errors.bias
     ));
-    let lost = run.tracer.lost();
-    if lost > 0 {
-        run.notes.push(format!("{lost} rays passed {MAX_PERIODS} periods without an answer and count as free"));
+    let given_up = run.tracer.given_up();
+    let mut error = errors.total();
+    if given_up > 0 {
+        // As in the direct method: their share is an error of every value.
+        error = error.hypot(given_up as f64 / (plan.facets() as f64 * raw.directions as f64));
+        run.notes
+            .push(format!("{given_up} rays passed {MAX_PERIODS} periods without an answer and count as free; the errors include them"));
     }
     let summary = Summary {
         method: match plan.variant() {
@@ -66,11 +70,11 @@ fn result(mut run: LowRankRun<'_>, plan: &LowRankPlan, pairs: &[Pair], raw: RawV
         clusters: raw.bins,
         directions: raw.directions,
         stages: Stage::NAMES.into_iter().zip(run.seconds.map(|s| 1e3 * s)).collect(),
-        relative_rms: errors.total(),
+        relative_rms: error,
         low_rank: raw.facts,
         notes: run.notes,
     };
-    Effective { values: values(pairs, &raw.pairs, errors.total()), summary }
+    Effective { values: values(pairs, &raw.pairs, error), summary }
 }
 
 /// Values with standard errors that, over all of them, are the relative RMS `error`: half of it in proportion to each, half alike for all,
