@@ -39,6 +39,6 @@ pub fn effective(surface: &SmallScale, pairs: &[Pair], quality: &Quality, contro
         Method::Auto | Method::Direct => direct::direct(surface, pairs, quality, control),
         Method::Reference => reference::reference(surface, pairs, quality, control),
         Method::LowRank => low_rank::low_rank(surface, pairs, quality, control),
-        Method::SphericalGaussian => Err(Error::Unsupported { what: "the method `sg`".into(), remedy: "use the method `direct`".into() }),
+        Method::SphericalGaussian => Err(Error::Unsupported { what: "`method sg`".into(), remedy: "use `method direct`".into() }),
     }
 }

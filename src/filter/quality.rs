@@ -76,8 +76,8 @@ impl Quality {
             _ => return Ok(method),
         };
         if self.bounces > 0 {
-            let problem = format!("{} reflections after the first are asked of the method `{name}`", self.bounces);
-            let remedy = "it computes direct light only; ask for 0, or for the method `reference`";
+            let problem = format!("{} reflections after the first are asked of `method {name}`", self.bounces);
+            let remedy = "it computes direct light only; ask for 0, or for `method reference`";
             return Err(BadInput::new(problem, remedy).at_field("bounces").into());
         }
         Ok(method)

@@ -14,9 +14,9 @@ type Case = (&'static [&'static str], &'static [&'static str]);
 const CASES: [Case; 12] = [
     (&["eval", "m.toml", "--pairs", "p.csv", "--plan", "fast"], &["--plan"]),
     (&["eval", "m.toml", "--pairs", "p.csv", "--method", "direct", "--bounces", "2"], &["--bounces"]),
-    (&["eval", "m.toml", "--pairs", "p.csv", "--method", "sg"], &["direct"]),
+    (&["eval", "m.toml", "--pairs", "p.csv", "--method", "sg"], &["--method direct"]),
     (&["eval", "m.toml", "--pairs", "p.csv", "--device", "gpu"], &["--device gpu"]),
-    (&["eval", "m.toml", "--pairs", "p.csv", "--method", "lowrank", "--budget", "1s"], &["direct"]),
+    (&["eval", "m.toml", "--pairs", "p.csv", "--method", "lowrank", "--budget", "1s"], &["--method direct"]),
     (&["bake", "m.toml", "-o", "m.txt"], &["m.txt: --output: "]),
     (&["bake", "m.toml", "-o", "m.exr", "--budget", "1s"], &["--tolerance", "--resolution"]),
     (&["plot", "m.toml", "-o", "out", "--incidence", "0,1,2,3,4,5,6"], &["--incidence"]),

@@ -177,7 +177,7 @@ fn notes(outcome: &Outcome, pairs: &[Pair], quality: &Quality, spent: f64) -> Ve
     }
     if outcome.undersampled > 0 {
         notes.push(format!(
-            "{} directions see so few of the samples that what they show may be missed: the method `reference` finds it",
+            "{} directions see so few of the samples that what they show may be missed: `method reference` finds it",
             outcome.undersampled
         ));
     }

@@ -18,8 +18,8 @@ use crate::visibility::MAX_PERIODS;
 /// Effective values by the low-rank method.
 pub(in crate::filter) fn low_rank(small: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
     if quality.budget.is_some() {
-        let what = "a budget with the method `lowrank`".to_owned();
-        return Err(Error::Unsupported { what, remedy: "leave it out, or ask for the method `direct`, which keeps one".to_owned() });
+        let what = "a budget with `method lowrank`".to_owned();
+        return Err(Error::Unsupported { what, remedy: "leave it out, or ask for `method direct`, which keeps one".to_owned() });
     }
     let given = quality.plan.as_ref().map(Plan::as_low_rank).transpose()?;
     let variant = given.map_or(quality.variant, |plan| plan.variant());
@@ -35,9 +35,9 @@ pub(in crate::filter) fn low_rank(small: &SmallScale, pairs: &[Pair], quality: &
     if given.is_none() && !keeps(errors.total(), quality.tolerance) {
         let why = match variant {
             LowRankVariant::Paper => {
-                "the published method has fixed settings; its variant `improved` or the method `direct` look for those that keep it"
+                "the published method has fixed settings; `variant improved` or `method direct` look for those that keep it"
             }
-            LowRankVariant::Improved => "no settings that this method allows itself keep it; the method `direct` does",
+            LowRankVariant::Improved => "no settings that this method allows itself keep it; `method direct` does",
         };
         run.notes.push(format!("the tolerance of {} is not met: {why}", quality.tolerance));
     }

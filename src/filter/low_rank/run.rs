@@ -105,7 +105,7 @@ impl<'a> LowRankRun<'a> {
         let bytes = facets.triangle.len() / 8 * directions.len();
         if bytes > MAX_BIT_BYTES {
             let problem = format!("{} facets and {} directions need {} MB of visibility", facets.samples, directions.len(), bytes >> 20);
-            return Err(BadInput::new(problem, "ask for fewer facets or pairs, or for the method `direct`").into());
+            return Err(BadInput::new(problem, "ask for fewer facets or pairs, or for `method direct`").into());
         }
         let began = self.now();
         let bits = self.tracer.see(&facets, directions)?;
