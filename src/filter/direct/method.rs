@@ -189,3 +189,27 @@ fn notes(outcome: &Outcome, pairs: &[Pair], quality: &Quality, spent: f64) -> Ve
     }
     notes
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filter::plan::DirectPlan;
+    use crate::filter::value::Value;
+
+    #[test]
+    fn rays_that_were_given_up_are_in_the_error_of_every_value() {
+        let value = Value { s: [0.2; 3], s_se: [0.003; 3], fbar: [0.4; 3], se: [0.003; 3], ..Value::default() };
+        let plan = DirectPlan::samples_by_area(1000);
+        let mut outcome = Outcome { values: vec![value], relative_rms: 0.003, plan, undersampled: 0, seen_from: 0 };
+        assert_eq!(outcome.add_given_up(0, 5), None);
+        assert_eq!((outcome.values[0], outcome.relative_rms), (value, 0.003));
+        // 50 of 1,000 samples in 5 directions: 1 %.
+        let note = outcome.add_given_up(50, 5).unwrap();
+        assert!(note.starts_with("50 rays (1.00e-2 of all)"), "{note}");
+        assert!((outcome.relative_rms - 0.003_f64.hypot(0.01)).abs() < 1e-15);
+        assert!(
+            (outcome.values[0].se[1] - 0.003_f64.hypot(0.004)).abs() < 1e-15
+                && (outcome.values[0].s_se[2] - 0.003_f64.hypot(0.002)).abs() < 1e-15
+        );
+    }
+}

@@ -173,10 +173,11 @@ impl<'a> Scene<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numerics::cast::truncate_usize;
 
     /// Place of a number among 16 equal steps of `0..1`.
     fn sixteenth(x: f64) -> usize {
-        crate::numerics::cast::floor_index(16.0 * x)
+        truncate_usize(16.0 * x)
     }
 
     #[test]
