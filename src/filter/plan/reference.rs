@@ -47,7 +47,7 @@ impl ReferencePlan {
     /// The error for a text that is none.
     pub(super) fn no_plan(text: &str) -> BadInput {
         let remedy = "give a plan that this method printed, such as `reference:bounces=0:first=128:doublings=64,30`";
-        BadInput::new(format!("`{text}` is not a plan of `method reference`"), remedy).at_field("plan")
+        BadInput::new(format!("`{text}` is not a plan of the method `reference`"), remedy).at_field("plan")
     }
 }
 
