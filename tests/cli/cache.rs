@@ -77,7 +77,7 @@ fn budgets_bounces_and_plans_that_are_none_are_refused_with_a_remedy() {
     let lowrank = ["eval", "m.toml", "--pairs", "p.csv", "--method", "lowrank"];
     for (more, status, remedy) in [
         (&["--budget", "1s"][..], 1, "--method direct"),
-        (&["--bounces", "2"][..], 2, "`reference`"),
+        (&["--bounces", "2"][..], 2, "--method reference"),
         (&["--plan", "lowrank:paper:facets=7"][..], 2, "lowrank:paper:facets=4096"),
         (&["--plan", "direct:2048x1"][..], 2, "lowrank:paper"),
     ] {
