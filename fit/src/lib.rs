@@ -7,7 +7,7 @@
 //! ```
 //!
 //! A photograph of a homogeneous object is a table of the effective BRDF at the pairs of directions that its pixels show. Pixels with
-//! nearly the same directions are one [`bins::DirectionBin`]. For a guess of the parameters the model computes the effective BRDF at the bins only,
+//! nearly the same directions are one [`DirectionBin`](photograph::direction_bins::DirectionBin). For a guess of the parameters the model computes the effective BRDF at the bins only,
 //! in shares of the unknown colours; these enter linearly and are solved for, so that the search moves geometry, roughness and light alone.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic"))]

@@ -1,6 +1,6 @@
 //! From a small-scale surface to effective BRDF values, by any method and with an error on every value.
 //!
-//! All methods are reached through [`effective`]. What a caller wants is in [`Quality`]; what it lends (a clock, a way to report progress and to be
+//! All methods are reached through [`effective()`]. What a caller wants is in [`Quality`]; what it lends (a clock, a way to report progress and to be
 //! stopped) in [`Control`], so that no stage reads a global. The files stand in the order of the flow, and import only what stands above them:
 //!
 //! | file | in -> out |

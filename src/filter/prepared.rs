@@ -60,7 +60,7 @@ impl<'a> Prepared<'a> {
     /// small-scale surface, with other BRDFs or uniform tints.
     ///
     /// # Errors
-    /// [`Error::Interrupted`] when `control` asks to stop.
+    /// [`Error::Interrupted`](crate::Error::Interrupted) when `control` asks to stop.
     pub fn evaluate(&self, surfaces: &[material::Surface], control: &Control<'_>) -> Result<(Vec<Value>, f64)> {
         let lobes = surface_lobes(surfaces);
         let materials = Materials::new(&self.groups, &lobes, true);

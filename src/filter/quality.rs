@@ -61,7 +61,7 @@ impl Quality {
     /// or else `direct`.
     ///
     /// # Errors
-    /// [`Error::BadInput`] for reflections that `direct` is asked for: it computes direct light only.
+    /// [`Error::BadInput`](crate::Error::BadInput) for reflections that `direct` is asked for: it computes direct light only.
     pub fn method_to_run(&self) -> Result<Method> {
         let method = match (self.method, &self.plan) {
             (Method::Auto, Some(Plan::Reference(_))) => Method::Reference,

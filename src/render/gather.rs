@@ -95,7 +95,7 @@ pub fn gather(world: &World<'_>, lights: &[Light], rows: Range<u32>, seed: u64, 
     Ok(view)
 }
 
-/// Lights of a scene as [`render`] uses them, gathered for all of its rows: for callers that shade a view again and again.
+/// Lights of a scene as [`render`](crate::render::render) uses them, gathered for all of its rows: for callers that shade a view again and again.
 ///
 /// # Errors
 /// `Interrupted`.

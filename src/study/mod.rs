@@ -7,7 +7,7 @@
 //! ```
 //!
 //! A stage takes plain data and gives plain data; clocks, files and processes are the caller's. What a run costs is measured by the
-//! caller around [`run`].
+//! caller around [`run()`].
 
 mod deviation;
 mod frontier;

@@ -23,7 +23,7 @@ pub const MIN_CONFIDENCE: f64 = 0.05;
 /// the parts of the result that depend on it are `None`.
 ///
 /// # Errors
-/// Bad input if sizes do not fit together, if there are fewer than [`MIN_SIDE`] pixels a side, or if a value is not a number.
+/// Bad input if sizes do not fit together, if there are fewer than [`MIN_SIDE`](super::input::MIN_SIDE) pixels a side, or if a value is not a number.
 pub fn analyse(photo: &RectifiedPhoto<'_>, options: &WeaveOptions) -> Result<Analysis> {
     check(photo)?;
     let mut result =

@@ -36,11 +36,11 @@ pub(in crate::filter) fn direct_from(
     Ok((traced.effective, traced.undersampled))
 }
 
-/// Computes the values of a surface by the direct method, as [`effective`](crate::filter::effective) does, and keeps the facets that they need and what
+/// Computes the values of a surface by the direct method, as [`effective`](crate::filter::effective()) does, and keeps the facets that they need and what
 /// these see: a bit a facet and direction, and about 60 bytes a facet.
 ///
 /// # Errors
-/// Those of [`effective`](crate::filter::effective).
+/// Those of [`effective`](crate::filter::effective()).
 pub fn prepare<'a>(small: &SmallScale, pairs: &'a [Pair], quality: &Quality, control: &Control<'_>) -> Result<(Prepared<'a>, Effective)> {
     let DirectResult { effective, tracer, samples, .. } = traced(small, pairs, quality, control, StartHint::UNKNOWN)?;
     Ok((Prepared::new(&tracer, pairs, Query::new(pairs, small.is_reciprocal()), samples)?, effective))

@@ -1,6 +1,6 @@
 //! Direct sums over facets: `S` and `av` of many pairs, for eight replicates of facets at once.
 //!
-//! A task is a run of pairs between few directions. For each block of facets, what depends on one direction ([`Masking`] and the
+//! A task is a run of pairs between few directions. For each block of facets, what depends on one direction ([`Masking`](crate::filter::lobes::Masking) and the
 //! visibility bit) is worked out once a direction; what depends on the half vector ([`Shape`]) once a pair, [`LANES`] facets at a
 //! time. Lane `l` belongs to replicate `l mod 8`, so the eight sums that the standard error needs cost nothing. Chunks of facets that one
 //! of the two directions does not see at all are skipped.

@@ -15,7 +15,7 @@ pub struct Object {
     pub label: String,
     /// Its shape.
     pub shape: Shape,
-    /// For each part of the shape its place in [`Scene::materials`].
+    /// For each part of the shape its place in [`Scene::materials`](crate::render::Scene::materials).
     pub materials: Vec<usize>,
     /// Turn of the tile about the normal, counter-clockwise seen from outside, radians.
     pub turn: f64,

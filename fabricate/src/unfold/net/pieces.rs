@@ -1,6 +1,6 @@
 //! A net in the making: which facet lies where, in which piece, and the tab of every edge that is glued.
 //!
-//! All changes are moves (see [`Move`]): a part of a piece is taken off and laid at another place. A move is done only if no
+//! All changes are moves (see [`Move`](super::moves::Move)): a part of a piece is taken off and laid at another place. A move is done only if no
 //! facet and no tab meets another one and every glued edge has a tab afterwards; otherwise everything is as before. So a net has
 //! no overlap at any time.
 
@@ -14,7 +14,7 @@ use rustc_hash::FxHashMap;
 pub struct TabChoice {
     /// 0 or 1.
     pub side: u8,
-    /// Place in [`TabShapes::of`].
+    /// Place in [`TabShapes::of`](crate::unfold::tab_shapes::TabShapes::of).
     pub shape: u8,
 }
 
