@@ -5,6 +5,7 @@ use super::effective_table::{EffectiveTable, TableOrigin, max_rings};
 use super::grid::{HemisphereGrid, node_count};
 use super::guide::{Guide, MAX_GUIDE_RINGS};
 use crate::error::{BadInput, Error, Result};
+use crate::numerics::hash::Fnv1a;
 use exr::block::lines::LineRefMut;
 use exr::image::write::samples::{SamplesWriter, WritableSamples};
 use exr::math::RoundingMode;
@@ -252,11 +253,9 @@ fn ascii(json: &str) -> String {
 /// FNV-1a, 64 bits, of the little-endian bytes of all numbers, plane after plane: values, `av`, guide. OpenEXR checks only
 /// blocks that it could compress.
 fn checksum<'p>(planes: impl Iterator<Item = &'p Vec<f32>>) -> String {
-    let hash = planes
-        .flatten()
-        .flat_map(|v| v.to_le_bytes())
-        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));
-    format!("fnv1a64:{hash:016x}")
+    let mut hash = Fnv1a::default();
+    planes.flatten().for_each(|v| hash.add(&v.to_le_bytes()));
+    format!("fnv1a64:{:016x}", hash.value())
 }
 
 fn damaged(path: &Path, problem: &str) -> Error {

@@ -3,7 +3,9 @@
 use crate::brdf::{Brdf, Colour};
 use crate::error::Result;
 use crate::material::{SmallScale, Tint};
+use crate::numerics::cast::index_u32;
 use crate::numerics::low_discrepancy::{fraction, hash, sobol_2d, sobol_3d};
+use crate::numerics::seed::fold_with;
 use crate::visibility::{Hit, Occlusion, PeriodicBvh, Traced};
 use glam::{DVec2, DVec3};
 
@@ -55,9 +57,7 @@ pub(super) struct Sequence {
 impl Sequence {
     /// The sequence of a batch of a pair; all are independent.
     pub(super) fn new(seed: u64, pair: usize, batch: usize) -> Self {
-        #[expect(clippy::cast_possible_truncation, reason = "fewer than 2^32 pairs; both halves of the seed are used")]
-        let words = [(seed >> 32) as u32, seed as u32, pair as u32, batch as u32];
-        Self { seed: words.into_iter().fold(0, |h, word| hash(h ^ hash(word))) }
+        Self { seed: fold_with(seed, &[index_u32(pair), index_u32(batch)]) }
     }
 
     /// Numbers for event `event` of path `index`: three that are stratified over the paths, and one at random.
