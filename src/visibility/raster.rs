@@ -284,24 +284,82 @@ fn cell_at(x: f32) -> i32 {
     ((x.floor() + SHIFT).to_bits() - SHIFT.to_bits()) as i32
 }
 
+/// The columns that the triangle of these edges covers between two heights, from the edges clipped to them: conservative, and empty where it covers none.
+#[inline(always)]
+fn covered_columns(edges: &[Edge; 3], bottom: f32, top: f32, columns: f32) -> [i32; 2] {
+    let (mut left, mut right) = (f32::INFINITY, f32::NEG_INFINITY);
+    for e in edges {
+        let start = if bottom > e.low[1] { bottom } else { e.low[1] };
+        let end = if top < e.high { top } else { e.high };
+        let (x, y) = (e.low[0] + (start - e.low[1]) * e.slope, e.low[0] + (end - e.low[1]) * e.slope);
+        let (near, far) = if x < y { (x, y) } else { (y, x) };
+        left = if (start <= end) & (near < left) { near } else { left };
+        right = if (start <= end) & (far > right) { far } else { right };
+    }
+    if left > right {
+        return NO_COLUMNS;
+    }
+    // A hundredth of a cell covers the rounding of the clipped ends.
+    [cell_at((left * columns - 1e-2).max(0.0)), cell_at((right * columns + 1e-2).clamp(0.0, LARGEST_CELL))]
+}
+
+/// A range of columns that ends before it begins.
+const NO_COLUMNS: [i32; 2] = [1, 0];
+
+/// A projected triangle, as points are compared with it: with its corner at `a`, a point `a + d` has the barycentric coordinates
+/// `(s, t) = (m[0] · d, m[1] · d)`, and there the triangle has the height `height + s * rise[0] + t * rise[1]`.
+#[derive(Clone, Copy)]
+struct Occluder {
+    triangle: u32,
+    m: [[f32; 2]; 2],
+    height: f32,
+    rise: [f32; 2],
+    /// What it must exceed its own facets by.
+    own_bias: f32,
+}
+
+impl Occluder {
+    /// Marks which of the points `start..end` it hides, with its first corner at `origin`.
+    #[inline(always)]
+    fn hide(&self, points: &mut Points, start: usize, end: usize, origin: [f32; 2]) {
+        let [m0, m1] = self.m;
+        let mut at = start;
+        while at < end {
+            let lanes = |values: &[f32]| -> [f32; POINTS] { values[at..at + POINTS].try_into().expect("the points are padded") };
+            let (u, v, z) = (lanes(&points.u), lanes(&points.v), lanes(&points.z));
+            let own: [u32; POINTS] = points.triangle[at..at + POINTS].try_into().expect("the points are padded");
+            let hidden: &mut [u32; POINTS] = (&mut points.hidden[at..at + POINTS]).try_into().expect("the points are padded");
+            for l in 0..POINTS {
+                let d = [u[l] - origin[0], v[l] - origin[1]];
+                let s = m0[0] * d[0] + m0[1] * d[1];
+                let t = m1[0] * d[0] + m1[1] * d[1];
+                let height = self.height + s * self.rise[0] + t * self.rise[1];
+                let least_height = if own[l] == self.triangle { z[l] + self.own_bias } else { z[l] };
+                let hides = (s >= 0.0) & (t >= 0.0) & (s + t <= 1.0) & (height > least_height);
+                hidden[l] |= u32::from(hides);
+            }
+            at += POINTS;
+        }
+    }
+}
+
 /// Marks the points that a projected triangle hides. `cells[c]` is the end of the points of cell `c`.
 #[inline(always)]
-#[expect(clippy::cast_sign_loss, reason = "cells are bounded by the grid")]
-fn compare(grid: Grid, cells: &[u32], points: &mut Points, index: u32, [a, b, c]: [[f32; 3]; 3], own_bias: f32) {
+#[expect(clippy::cast_sign_loss, reason = "cells are bounded by the grid; a check in the inner loop would cost time")]
+fn compare(grid: Grid, cells: &[u32], points: &mut Points, triangle: u32, [a, b, c]: [[f32; 3]; 3], own_bias: f32) {
     let (ab, ac) = ([b[0] - a[0], b[1] - a[1], b[2] - a[2]], [c[0] - a[0], c[1] - a[1], c[2] - a[2]]);
     let inverse = 1.0 / (ab[0] * ac[1] - ab[1] * ac[0]);
     if !inverse.is_finite() {
         return; // edge-on: covers nothing
     }
-    // Barycentric coordinates of a + d are (m0 · d, m1 · d).
-    let m0 = [ac[1] * inverse, -ac[0] * inverse];
-    let m1 = [-ab[1] * inverse, ab[0] * inverse];
+    let m = [[ac[1] * inverse, -ac[0] * inverse], [-ab[1] * inverse, ab[0] * inverse]];
     let (columns, rows) = (grid.columns as f32, grid.rows as f32);
     let low = [least(a[0], b[0], c[0]), least(a[1], b[1], c[1])];
     let high = [most(a[0], b[0], c[0]), most(a[1], b[1], c[1])];
     // Moved by whole periods so that its lowest corner lies in the grid: from here on cells are counted from 0.
     let lattice = [low[0].floor(), low[1].floor()];
     let [a, b, c] = [a, b, c].map(|p| [p[0] - lattice[0], p[1] - lattice[1], p[2]]);
+    let occluder = Occluder { triangle, m, height: a[2], rise: [ab[2], ac[2]], own_bias };
     let first_column = cell_at((low[0] - lattice[0]) * columns);
     let last_column = cell_at((high[0] - lattice[0]) * columns);
     let first_row = cell_at((low[1] - lattice[1]) * rows);
@@ -317,25 +375,13 @@ fn compare(grid: Grid, cells: &[u32], points: &mut Points, index: u32, [a, b, c]
         }
         let row_start = (wrapped_row * grid.columns) as usize;
         wrapped_row += 1;
-        // The columns that the triangle covers within this row: conservative, from the edges clipped to the row.
         let (mut from, mut to) = (first_column, last_column);
         if !narrow {
-            let (bottom, top) = (row as f32 * row_height, (row + 1) as f32 * row_height);
-            let (mut left, mut right) = (f32::INFINITY, f32::NEG_INFINITY);
-            for e in edges {
-                let start = if bottom > e.low[1] { bottom } else { e.low[1] };
-                let end = if top < e.high { top } else { e.high };
-                let (x, y) = (e.low[0] + (start - e.low[1]) * e.slope, e.low[0] + (end - e.low[1]) * e.slope);
-                let (near, far) = if x < y { (x, y) } else { (y, x) };
-                left = if (start <= end) & (near < left) { near } else { left };
-                right = if (start <= end) & (far > right) { far } else { right };
-            }
+            let [left, right] = covered_columns(&edges, row as f32 * row_height, (row + 1) as f32 * row_height, columns);
             if left > right {
                 continue;
             }
-            // A hundredth of a cell covers the rounding of the clipped ends.
-            from = from.max(cell_at((left * columns - 1e-2).max(0.0)));
-            to = to.min(cell_at((right * columns + 1e-2).clamp(0.0, LARGEST_CELL)));
+            (from, to) = (from.max(left), to.min(right));
         }
         let (mut lattice_column, mut shift) = (0.0, 0);
         while from - shift >= grid.columns {
@@ -346,28 +392,10 @@ fn compare(grid: Grid, cells: &[u32], points: &mut Points, index: u32, [a, b, c]
             let first = row_start + (from - shift) as usize;
             let last = row_start + (to - shift).min(grid.columns - 1) as usize;
             let start = if first == 0 { 0 } else { cells[first - 1] } as usize;
-            let end = cells[last] as usize;
-            let origin = [a[0] - lattice_column, a[1] - lattice_row];
+            occluder.hide(points, start, cells[last] as usize, [a[0] - lattice_column, a[1] - lattice_row]);
             shift += grid.columns;
             lattice_column += 1.0;
             from = shift;
-            let mut at = start;
-            while at < end {
-                let lanes = |values: &[f32]| -> [f32; POINTS] { values[at..at + POINTS].try_into().expect("the points are padded") };
-                let (u, v, z) = (lanes(&points.u), lanes(&points.v), lanes(&points.z));
-                let own: [u32; POINTS] = points.triangle[at..at + POINTS].try_into().expect("the points are padded");
-                let hidden: &mut [u32; POINTS] = (&mut points.hidden[at..at + POINTS]).try_into().expect("the points are padded");
-                for l in 0..POINTS {
-                    let d = [u[l] - origin[0], v[l] - origin[1]];
-                    let s = m0[0] * d[0] + m0[1] * d[1];
-                    let t = m1[0] * d[0] + m1[1] * d[1];
-                    let height = a[2] + s * ab[2] + t * ac[2];
-                    let least_height = if own[l] == index { z[l] + own_bias } else { z[l] };
-                    let hides = (s >= 0.0) & (t >= 0.0) & (s + t <= 1.0) & (height > least_height);
-                    hidden[l] |= u32::from(hides);
-                }
-                at += POINTS;
-            }
         }
     }
 }

@@ -1,83 +1,123 @@
 //! Photographs from the folder that `biscale capture` wrote (`docs/capture-format.md`).
 
 use crate::photograph::image::{Image, LIGHT_SIGMA_DEG, Photograph, Pinhole, Role};
-use biscale::error::{BadInput, Result};
-use biscale::formats::capture::{self, Capture, Sample, Severity};
+use biscale::error::{BadInput, Error, Result};
+use biscale::formats::capture::{
+    self, Camera as CaptureCamera, Capture, Light as CaptureLight, Photograph as Shot, Pose, Sample, Severity,
+};
 use biscale::render::{Cylinder, Light, Object, Plane, Shape};
 use glam::{DMat3, DVec3};
 use std::f64::consts::PI;
 use std::path::Path;
 
+/// Least standard deviation of a light's direction, degrees: no capture knows a light better than its lamp is wide. Chosen, not measured.
+const LEAST_SIGMA_DEG: f64 = 0.2;
+
 /// Reads the photographs of a folder. Those without a pose or a light are left out, with a note; `sigma` replaces the standard deviations of
-/// the lights.
+/// the lights, degrees.
 ///
 /// # Errors
 /// Bad input; a capture that is not usable.
 pub fn photographs(folder: &Path, sigma: Option<f64>, notes: &mut Vec<String>) -> Result<Vec<Photograph>> {
     let capture = Capture::read(folder)?;
     let folder = if folder.is_dir() { folder } else { folder.parent().unwrap_or(Path::new("")) };
-    let bad = |problem: String, remedy: &str| BadInput::new(problem, remedy).in_file(&folder.join(capture::FILE_NAME));
+    let reader = CaptureReader { folder, camera: usable_camera(&capture, folder)?, object: object(&capture.sample), sigma };
+    let mut found = Vec::new();
+    for shot in &capture.photographs {
+        let role = reader.role(shot)?;
+        let Some(pose) = &shot.pose else {
+            notes.push(format!("{}: its pose is not known: it is left out", shot.file));
+            continue;
+        };
+        let Some(light) = shot.light.as_ref().and_then(|name| capture.lights.iter().find(|l| l.name == *name)) else {
+            notes.push(format!("{}: its light is not known: it is left out", shot.file));
+            continue;
+        };
+        found.push(reader.photograph(shot, role, pose, light)?);
+    }
+    Ok(found)
+}
+
+/// Bad input in the capture file of a folder.
+fn bad_capture(folder: &Path, problem: String, remedy: &str) -> BadInput {
+    BadInput::new(problem, remedy).in_file(&folder.join(capture::FILE_NAME))
+}
+
+/// The camera of a capture that is usable.
+fn usable_camera<'a>(capture: &'a Capture, folder: &Path) -> Result<&'a CaptureCamera> {
     if !capture.usable {
         let failed: Vec<&str> = capture.checks.iter().filter(|c| c.severity == Severity::Fail).map(|c| &*c.message).collect();
-        return Err(bad(format!("the capture is not usable: {}", failed.join("; ")), "photograph again what failed").into());
+        let problem = format!("the capture is not usable: {}", failed.join("; "));
+        return Err(bad_capture(folder, problem, "photograph again what failed").into());
     }
-    let Some(camera) = &capture.camera else {
-        return Err(bad("the capture has no camera".into(), "calibrate it, or give it in the shoot file").into());
-    };
-    let object = object(&capture.sample);
-    let mut found = Vec::new();
-    for photograph in &capture.photographs {
-        let role = match &*photograph.role {
-            "close-up" => Role::CloseUp,
-            "distant" => Role::Distant,
-            "validation" => Role::Validation,
-            other => {
-                return Err(
-                    bad(format!("the role \"{other}\" of {} is not known", photograph.file), "capture again with this version").into()
-                );
-            }
-        };
-        let Some(pose) = &photograph.pose else {
-            notes.push(format!("{}: its pose is not known: it is left out", photograph.file));
-            continue;
-        };
-        let light = photograph.light.as_ref().and_then(|name| capture.lights.iter().find(|l| l.name == *name));
-        let Some(light) = light else {
-            notes.push(format!("{}: its light is not known: it is left out", photograph.file));
-            continue;
-        };
-        // Rows of the rotation are the camera's axes right, down and forward in the sample's frame.
-        let [right, down, forward] = pose.rotation.map(DVec3::from);
-        let axes = DMat3::from_cols(right, -down, forward);
-        let origin = -(DMat3::from_cols(right, down, forward) * DVec3::from(pose.translation_mm));
-        let file = folder.join(&photograph.file);
-        let image = Image::load(&file, Some(&folder.join(&photograph.mask)))?;
-        if (image.width, image.height) != (camera.width, camera.height) {
-            let problem = format!(
-                "{} has {} x {} pixels, the camera {} x {}",
-                photograph.file, image.width, image.height, camera.width, camera.height
-            );
-            return Err(bad(problem, "capture again").into());
+    let no_camera = || bad_capture(folder, "the capture has no camera".into(), "calibrate it, or give it in the shoot file").into();
+    capture.camera.as_ref().ok_or_else(no_camera)
+}
+
+/// What the photographs of a folder have in common.
+struct CaptureReader<'a> {
+    folder: &'a Path,
+    camera: &'a CaptureCamera,
+    object: Object,
+    /// Standard deviation of all lights, degrees, if the fit file gives one.
+    sigma: Option<f64>,
+}
+
+impl CaptureReader<'_> {
+    fn bad(&self, problem: String, remedy: &str) -> Error {
+        bad_capture(self.folder, problem, remedy).into()
+    }
+
+    fn role(&self, shot: &Shot) -> Result<Role> {
+        match &*shot.role {
+            "close-up" => Ok(Role::CloseUp),
+            "distant" => Ok(Role::Distant),
+            "validation" => Ok(Role::Validation),
+            other => Err(self.bad(format!("the role \"{other}\" of {} is not known", shot.file), "capture again with this version")),
         }
-        // A pixel's centre has whole coordinates there, and half ones here.
-        let camera = Pinhole { origin, axes, focal: [camera.fx, camera.fy], centre: [camera.cx + 0.5, camera.cy + 0.5] };
-        let to_light = DVec3::from(light.direction);
-        let Some(to_light) = to_light.try_normalize() else {
-            return Err(bad(format!("the light \"{}\" has no direction", light.name), "capture again").into());
+    }
+
+    fn photograph(&self, shot: &Shot, role: Role, pose: &Pose, light: &CaptureLight) -> Result<Photograph> {
+        let file = self.folder.join(&shot.file);
+        let image = self.image(shot, &file)?;
+        let Some(to_light) = DVec3::from(light.direction).try_normalize() else {
+            return Err(self.bad(format!("the light \"{}\" has no direction", light.name), "capture again"));
         };
-        found.push(Photograph {
+        let own_sigma = if light.sigma_deg > 0.0 { light.sigma_deg.max(LEAST_SIGMA_DEG) } else { LIGHT_SIGMA_DEG };
+        Ok(Photograph {
             file,
             role,
             image,
-            camera,
+            camera: pinhole(self.camera, pose),
             light: Light::Directional { to_light, irradiance: light.irradiance_rgb.unwrap_or([PI; 3]) },
-            light_sigma_deg: sigma.unwrap_or_else(|| if light.sigma_deg > 0.0 { light.sigma_deg.max(0.2) } else { LIGHT_SIGMA_DEG }),
+            light_sigma_deg: self.sigma.unwrap_or(own_sigma),
             exposure_known: light.irradiance_rgb.is_some(),
-            object: object.clone(),
-            noise: Some([photograph.noise.a, photograph.noise.b]),
-        });
+            object: self.object.clone(),
+            noise: Some([shot.noise.a, shot.noise.b]),
+        })
     }
-    Ok(found)
+
+    /// The pixels of a photograph, which must be as many as the camera's.
+    fn image(&self, shot: &Shot, file: &Path) -> Result<Image> {
+        let image = Image::load(file, Some(&self.folder.join(&shot.mask)))?;
+        let camera = self.camera;
+        if (image.width, image.height) != (camera.width, camera.height) {
+            let problem =
+                format!("{} has {} x {} pixels, the camera {} x {}", shot.file, image.width, image.height, camera.width, camera.height);
+            return Err(self.bad(problem, "capture again"));
+        }
+        Ok(image)
+    }
+}
+
+/// The camera in the sample's frame.
+fn pinhole(camera: &CaptureCamera, pose: &Pose) -> Pinhole {
+    // Rows of the rotation are the camera's axes right, down and forward in the sample's frame.
+    let [right, down, forward] = pose.rotation.map(DVec3::from);
+    let axes = DMat3::from_cols(right, -down, forward);
+    let origin = -(DMat3::from_cols(right, down, forward) * DVec3::from(pose.translation_mm));
+    // A pixel's centre has whole coordinates there, and half ones here.
+    Pinhole { origin, axes, focal: [camera.fx, camera.fy], centre: [camera.cx + 0.5, camera.cy + 0.5] }
 }
 
 fn object(sample: &Sample) -> Object {

@@ -6,7 +6,7 @@ use biscale::error::{BadInput, Result};
 use biscale::formats::capture::{self, Capture};
 use biscale::geometry::params::{Param, Unit, Value};
 use biscale::geometry::{self, Geometry};
-use biscale::material::{MaterialValues, NumberPlace};
+use biscale::material::{MaterialValues, NumberPlace, Surface};
 use biscale::toml_reader::{Range, Source};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -44,37 +44,45 @@ pub fn for_capture(folder: &Path, relative: &str) -> Result<String> {
     let values = MaterialValues::parse(&source)?;
     let material = values.material()?;
     let mut written = MaterialText::new(&source)?;
-    let quoted = |text: &str| toml_edit::Value::from(text).to_string().trim().to_owned();
-    let mut text = format!(
-        "# The question that `biscale fit` answers; docs/fit.md says what each key means.\nformat = 1\nname = {}\n\n\
-         # The folder that `biscale capture` wrote: photographs, cameras, lights and shape.\ncapture = {}\n\
-         # Where the search begins: what the close-up tells.\nmaterial = {}\n\
-         # Reflections after the first: threads and grooves light each other. 0 is direct light only, and faster.\nbounces = 4\n",
-        quoted(&capture.name),
-        quoted(relative),
-        quoted(&format!("{relative}/{guess}")),
-    );
+    let mut text = head(&capture.name, relative, &format!("{relative}/{guess}"));
     text.push_str("\n# What may move. `bounds` holds it in; equal bounds hold it fast.\n");
-    for (key, bounds, rest) in moves(&material.geometry, &mut written) {
+    for Move { key, bounds, rest } in moves(&material.geometry, &mut written) {
         let _ = write!(text, "\n[[parameter]]\nkey = \"geometry.{key}\"\nbounds = [{}, {}]\n", bounds[0], bounds[1]);
         if let Some((other, sum)) = rest {
             // The period is what the close-up tells best.
             let _ = writeln!(text, "rest = {{ key = \"geometry.{other}\", sum = {sum} }}");
         }
     }
-    // One roughness for all parts of a model, unless their guesses differ.
+    push_roughness(&mut text, &material.surfaces, |key| Ok(written.number(values.place(key).map_err(|b| b.in_file(&source.path))?)))?;
+    push_colours(&mut text, &material.surfaces);
+    Ok(text)
+}
+
+/// What comes before the tables: the capture's name, its folder and the start material, as the fit file names them.
+fn head(name: &str, folder: &str, material: &str) -> String {
+    let quoted = |text: &str| toml_edit::Value::from(text).to_string().trim().to_owned();
+    format!(
+        "# The question that `biscale fit` answers; docs/fit.md says what each key means.\nformat = 1\nname = {}\n\n\
+         # The folder that `biscale capture` wrote: photographs, cameras, lights and shape.\ncapture = {}\n\
+         # Where the search begins: what the close-up tells.\nmaterial = {}\n\
+         # Reflections after the first: threads and grooves light each other. 0 is direct light only, and faster.\nbounces = 4\n",
+        quoted(name),
+        quoted(folder),
+        quoted(material),
+    )
+}
+
+/// One roughness for all parts of a model, unless their guesses differ; `guess` reads the number of a key.
+fn push_roughness(text: &mut String, surfaces: &[Surface], mut guess: impl FnMut(&str) -> Result<Option<f64>>) -> Result<()> {
     let rough = |brdf: &Brdf| match brdf {
-        Brdf::BlinnPhong { .. } => Some(("exponent", EXPONENTS)),
-        Brdf::CookTorrance { .. } | Brdf::Ward { .. } => Some(("alpha", ALPHAS)),
+        Brdf::BlinnPhong { .. } => Some("exponent"),
+        Brdf::CookTorrance { .. } | Brdf::Ward { .. } => Some("alpha"),
         Brdf::Lambert { .. } | Brdf::Measured(_) => None,
     };
-    for key in ["exponent", "alpha"] {
-        let parts: Vec<&str> =
-            material.surfaces.iter().filter(|s| rough(&s.brdf).is_some_and(|(k, _)| k == key)).map(|s| &*s.part).collect();
+    for (key, bounds) in [("exponent", EXPONENTS), ("alpha", ALPHAS)] {
+        let parts: Vec<&str> = surfaces.iter().filter(|s| rough(&s.brdf) == Some(key)).map(|s| &*s.part).collect();
         let Some((first, others)) = parts.split_first() else { continue };
-        let bounds = if key == "alpha" { ALPHAS } else { EXPONENTS };
-        let place = values.place(&format!("surface.{first}.brdf.{key}")).map_err(|b| b.in_file(&source.path))?;
-        let own = written.number(place).unwrap_or(bounds[0]);
+        let own = guess(&format!("surface.{first}.brdf.{key}"))?.unwrap_or(bounds[0]);
         let (low, high) = (bounds[0].min(own), bounds[1].max(own));
         let _ = write!(text, "\n[[parameter]]\nkey = \"surface.{first}.brdf.{key}\"\nbounds = [{low}, {high}]\nlog = true\n");
         if !others.is_empty() {
@@ -82,8 +90,13 @@ pub fn for_capture(folder: &Path, relative: &str) -> Result<String> {
             let _ = writeln!(text, "same = [{}]", same.join(", "));
         }
     }
+    Ok(())
+}
+
+/// All colours of all surfaces.
+fn push_colours(text: &mut String, surfaces: &[Surface]) {
     text.push_str("\n# Colours are solved for. A grey one has the same value in all channels; highlights of what is no metal are grey.\n");
-    for surface in &material.surfaces {
+    for surface in surfaces {
         let keys: &[&str] = match surface.brdf {
             Brdf::Lambert { .. } => &["brdf.albedo"],
             Brdf::Measured(_) => &["tint"],
@@ -93,10 +106,16 @@ pub fn for_capture(folder: &Path, relative: &str) -> Result<String> {
             let _ = write!(text, "\n[[colour]]\nkey = \"surface.{}.{key}\"\n", surface.part);
         }
     }
-    Ok(text)
 }
 
-type Move = (&'static str, [f64; 2], Option<(&'static str, f64)>);
+/// A number of a geometry that may move.
+#[derive(Debug)]
+struct Move {
+    key: &'static str,
+    bounds: [f64; 2],
+    /// Another number that makes the sum of both this.
+    rest: Option<(&'static str, f64)>,
+}
 
 /// The numbers of a geometry that photographs may tell, with bounds around their guess.
 fn moves(geometry: &Geometry, written: &mut MaterialText) -> Vec<Move> {
@@ -110,12 +129,13 @@ fn moves(geometry: &Geometry, written: &mut MaterialText) -> Vec<Move> {
         for (width, gap) in [("warp_width", "warp_gap"), ("weft_width", "weft_gap")] {
             if let (Some(w), Some(g)) = (number(width), number(gap)) {
                 let sum = w + g;
-                found.push((width, [(NEAR[0] * w).min(0.5 * sum), (NEAR[1] * w).min(WIDEST_THREAD * sum).max(w)], Some((gap, sum))));
+                let bounds = [(NEAR[0] * w).min(0.5 * sum), (NEAR[1] * w).min(WIDEST_THREAD * sum).max(w)];
+                found.push(Move { key: width, bounds, rest: Some((gap, sum)) });
             }
         }
     }
     for param in params {
-        let taken = found.iter().any(|(key, _, rest)| *key == param.key || rest.is_some_and(|(other, _)| other == param.key));
+        let taken = found.iter().any(|m| m.key == param.key || m.rest.is_some_and(|(other, _)| other == param.key));
         // The period says nothing from afar; it comes from the close-up.
         if taken || param.key == "period" || param.key == "scale" || param.key == "seed" {
             continue;
@@ -126,7 +146,7 @@ fn moves(geometry: &Geometry, written: &mut MaterialText) -> Vec<Move> {
             Unit::Degrees => [own - AROUND_DEG, own + AROUND_DEG],
             Unit::Length | Unit::One => [AROUND[0] * own, AROUND[1] * own],
         };
-        found.push((param.key, [bounds[0].max(min), bounds[1].min(max)], None));
+        found.push(Move { key: param.key, bounds: [bounds[0].max(min), bounds[1].min(max)], rest: None });
     }
     found
 }
@@ -141,10 +161,12 @@ mod tests {
         let source = Source { path: "m.toml".into(), text };
         let material = MaterialValues::parse(&source).unwrap().material().unwrap();
         let found = moves(&material.geometry, &mut MaterialText::new(&source).unwrap());
-        let width = found.iter().find(|m| m.0 == "warp_width").unwrap();
+        let width = found.iter().find(|m| m.key == "warp_width").unwrap();
         assert!(
-            width.1[0] < 0.42 && width.1[1] > 0.42 && width.2.is_some_and(|(key, sum)| key == "warp_gap" && (sum - 0.504).abs() < 1e-9)
+            width.bounds[0] < 0.42
+                && width.bounds[1] > 0.42
+                && width.rest.is_some_and(|(key, sum)| key == "warp_gap" && (sum - 0.504).abs() < 1e-9)
         );
-        assert!(found.iter().any(|m| m.0 == "warp_height") && !found.iter().any(|m| m.0 == "warp_gap"), "{found:?}");
+        assert!(found.iter().any(|m| m.key == "warp_height") && !found.iter().any(|m| m.key == "warp_gap"), "{found:?}");
     }
 }

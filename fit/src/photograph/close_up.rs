@@ -14,7 +14,7 @@
 use crate::photograph::blur;
 use crate::photograph::direction_bins::Sight;
 use crate::photograph::image::Photograph;
-use crate::photograph::mean_period::MeanPeriod;
+use crate::photograph::mean_period::{MeanPeriod, TilePeriod};
 use crate::photograph::params::PARAMS;
 use crate::photograph::period::{Period, Straight, coordinates};
 use biscale::direction::Pair;
@@ -120,7 +120,8 @@ impl CloseUp {
         found.distance = used.iter().map(|s| photograph.camera.origin.distance(s.position) * s.wo.z).sum::<f64>() / n;
         found.irradiance = std::array::from_fn(|c| used.iter().map(|s| s.irradiance[c]).sum::<f64>() / n);
         let pixels: Vec<[f64; 3]> = used.iter().map(|s| image.rgb[s.pixel as usize].map(|v| f64::from(v).max(0.0))).collect();
-        found.mean_period = MeanPeriod::new(photograph, &used, &pixels, found.period, (start.tile.period.to_array(), uniform));
+        let tile = TilePeriod { length: start.tile.period.to_array(), uniform };
+        found.mean_period = MeanPeriod::new(photograph, &used, &pixels, found.period, tile);
         if !found.exposure_known {
             let what = if found.scales() { "it is found with the colours" } else { "only the cover of its surfaces is compared" };
             found.notes.push(format!("its irradiance is not known: {what}"));

@@ -11,7 +11,7 @@ pub struct PhotographParams {
     pub clipped_repeats: usize,
     /// Pixels this near to a clipped value are clipped as well: demosaicing and resampling have moved them. Chosen, not measured.
     pub nearly_clipped: f32,
-    /// Cosine to the light up to which a place is unlit wherever the light may stand: 5.7 degrees behind the terminator, over three
+    /// Cosine to the light up to which a point is unlit wherever the light may stand: 5.7 degrees behind the terminator, over three
     /// standard deviations of a light's direction ([`super::image::LIGHT_SIGMA_DEG`]).
     pub unlit_cosine: f64,
     /// Unlit pixels that tell the stray light. Chosen, not measured: their median is then known to about a quarter of their scatter.
@@ -42,11 +42,11 @@ pub struct PhotographParams {
     pub first_agreement: f64,
     /// Correlation that a shift must fall below before one counts as a return. Chosen, not measured.
     pub away: f64,
-    /// Most places along a mean period. Chosen, not measured (`docs/fit.md`, step 5): finer places have few pixels in a usual close-up.
-    pub most_places: usize,
-    /// Fewest places along a mean period that tell a thread from a gap. Chosen, not measured.
-    pub least_places: usize,
-    /// Fewest pixels of a place, on the average: fewer have no scatter. Chosen, not measured.
+    /// Most bins along a mean period. Chosen, not measured (`docs/fit.md`, step 5): finer bins have few pixels in a usual close-up.
+    pub most_bins: usize,
+    /// Fewest bins along a mean period that tell a thread from a gap. Chosen, not measured.
+    pub least_bins: usize,
+    /// Fewest pixels of a bin, on the average: fewer have no scatter. Chosen, not measured.
     pub least_pixels: f64,
     /// Fewest periods in the picture: one alone has no mean. Chosen, not measured.
     pub least_periods: f64,
@@ -54,7 +54,7 @@ pub struct PhotographParams {
     pub lattice_pixels: usize,
     /// First step of the search for the lattice, in periods at the side of the picture. Chosen, not measured.
     pub widest_lattice_step: f64,
-    /// Last step, in the same unit: far below a place of the mean period. Chosen, not measured.
+    /// Last step, in the same unit: far below a bin of the mean period. Chosen, not measured.
     pub narrowest_lattice_step: f64,
     /// Farthest that a lattice may move from the one that it began as, in the same unit: farther, it is another one. Chosen, not
     /// measured.
@@ -62,11 +62,11 @@ pub struct PhotographParams {
     /// Largest difference of the ratio of the two periods from that of the tile. Chosen, not measured: perspective and depth change it by
     /// per cents.
     pub period_ratio: f64,
-    /// Standard deviation of what the model says of a place, over the radiance there, or over a part of the brightest one. Chosen, not
+    /// Standard deviation of what the model says of a bin of the mean period, over the radiance there, or over a part of the brightest one. Chosen, not
     /// measured.
     pub model_sigma: f64,
     /// That part. Chosen, not measured.
-    pub dark_place: f64,
+    pub dark_share: f64,
     /// Share of the scatter from period to period that the mean period is uncertain by. Chosen, not measured: periods differ for reasons
     /// (edges, highlights that wander) that the mean does not remove.
     pub scatter_sigma: f64,
@@ -116,8 +116,8 @@ pub const PARAMS: PhotographParams = PhotographParams {
     least_agreement: 0.3,
     first_agreement: 0.85,
     away: 0.9,
-    most_places: 24,
-    least_places: 6,
+    most_bins: 24,
+    least_bins: 6,
     least_pixels: 3.0,
     least_periods: 1.5,
     lattice_pixels: 30_000,
@@ -126,7 +126,7 @@ pub const PARAMS: PhotographParams = PhotographParams {
     lattice_reach: 0.25,
     period_ratio: 0.08,
     model_sigma: 0.01,
-    dark_place: 0.3,
+    dark_share: 0.3,
     scatter_sigma: 0.25,
     most_clusters: 4,
     least_distance: 0.03,

@@ -16,17 +16,18 @@ use crate::search::{self, APART, SearchShared, Stage, Start, Task};
 use biscale::error::{Error, Result};
 use biscale::filter::Control;
 use biscale::numerics::cast::halves;
+use std::ops::Range;
 use std::sync::Arc;
 
-/// How often interreflections is traced where none is known.
-const FIRST_TURNS: usize = 3;
+/// Rounds of interreflections and colours at a start that has none yet. Chosen, not measured.
+const FIRST_ROUNDS: usize = 3;
 /// Starts that are refined.
 const REFINED: usize = 3;
 /// Objective of the coarse model from which on surfaces that the start material's colours rule out are tried as well.
 const AT_A_LOSS: f64 = 4.0;
 
-/// Distance, in any coordinate, below which two starts of one variant ended in the same place: a third of what makes two minima two.
-const SAME_PLACE: f64 = 0.3 * APART;
+/// Distance, in any coordinate, below which two starts of one variant ended in the same minimum: a third of what makes two minima two.
+const SAME_MINIMUM: f64 = 0.3 * APART;
 
 /// How one stage searches.
 #[derive(Clone, Copy, Debug)]
@@ -116,12 +117,37 @@ impl Search<'_> {
         Ok(found)
     }
 
+    /// All stages, the best start first.
+    ///
+    /// # Errors
+    /// `Interrupted` if nothing was evaluated before the search had to end.
     pub(super) fn run(&self, watch: &mut Stopwatch<'_>) -> Result<Searched> {
-        let Self { prepared, options, shared } = *self;
-        let Variants { all, likely } = prepared.variants();
-        let variants = &all[..];
-        let nothing_moves = unknowns::variables(prepared.spec).is_empty() && !options.joint;
-        let count = if nothing_moves { likely } else { options.starts.max(likely) };
+        let variants = self.prepared.variants();
+        let starts = self.explored(&variants, watch)?;
+        if starts[0].evaluations == 0 && self.shared.must_end() {
+            return Err(Error::Interrupted);
+        }
+        // Of starts that ended in the same minimum the best one is enough.
+        let most = if self.options.effort.coarse_first { REFINED } else { usize::MAX };
+        let (chosen, rest) = choose(starts, &variants.all, most);
+        let mut starts = self.refined(chosen, &variants.all, watch)?;
+        if self.may_go_on() {
+            starts[0] = self.polished(starts[0].clone(), &variants.all, watch)?;
+        }
+        let refined = starts.len();
+        starts.extend(rest);
+        Ok(Searched { starts, refined })
+    }
+
+    /// Whether another stage may begin. A search that is resumed begins all of them: what an earlier run evaluated costs nothing.
+    fn may_go_on(&self) -> bool {
+        !self.shared.must_end() || !self.shared.memory.is_empty()
+    }
+
+    /// The starts, and where the effort asks for it what the coarse model makes of them, the best first.
+    fn explored(&self, variants: &Variants, watch: &mut Stopwatch<'_>) -> Result<Vec<Start>> {
+        let Self { prepared, options, .. } = *self;
+        let Variants { all, likely } = variants;
         let blank = Start {
             number: 0,
             point: Vec::new(),
@@ -133,65 +159,68 @@ impl Search<'_> {
             registration: None,
             indirect: None,
         };
-        let own = self.model(&prepared.coarse, COARSE.samples, &blank, variants)?;
-        // Starts are dealt out to the variants; `first` counts those that went before.
-        let deal = |first: usize, count: usize, variants: std::ops::Range<usize>| -> Vec<Start> {
-            let points = if nothing_moves { vec![Vec::new(); count] } else { search::starts(&own, count, options.seed) };
-            let one = |(k, point)| Start { number: first + k, point, choice: variants.start + k % variants.len(), ..blank.clone() };
-            points.into_iter().enumerate().map(one).collect()
-        };
-        let mut starts = deal(0, count, 0..likely);
-        if options.effort.coarse_first {
-            starts = self.stage(Stage::Explore, &prepared.coarse, COARSE.samples, &starts, variants)?;
-            let rest = likely..variants.len();
-            if starts[0].objective > AT_A_LOSS && !rest.is_empty() && (!shared.must_end() || !shared.memory.is_empty()) {
-                let others = deal(count, if nothing_moves { rest.len() } else { options.starts.max(rest.len()) }, rest);
-                let others = self.stage(Stage::Explore, &prepared.coarse, COARSE.samples, &others, variants)?;
-                // Ties are those of nothing evaluated.
-                starts.extend(others.into_iter().filter(|s| s.objective.is_finite()));
-                starts.sort_by(|a, b| a.objective.total_cmp(&b.objective).then(a.number.cmp(&b.number)));
-            }
-            watch.lap("explore");
+        let own = self.model(&prepared.coarse, COARSE.samples, &blank, all)?;
+        let starts = self.deal(&own, &blank, 0..*likely);
+        if !options.effort.coarse_first {
+            return Ok(starts);
         }
-        if starts[0].evaluations == 0 && shared.must_end() {
-            return Err(Error::Interrupted);
+        let explore = |starts: &[Start]| self.stage(Stage::Explore, &prepared.coarse, COARSE.samples, starts, all);
+        let mut found = explore(&starts)?;
+        if found[0].objective > AT_A_LOSS && *likely < all.len() && self.may_go_on() {
+            let next = Start { number: found.len(), ..blank.clone() };
+            let others = explore(&self.deal(&own, &next, *likely..all.len()))?;
+            // Ties are those of nothing evaluated.
+            found.extend(others.into_iter().filter(|s| s.objective.is_finite()));
+            found.sort_by(|a, b| a.objective.total_cmp(&b.objective).then(a.number.cmp(&b.number)));
         }
-        // Of starts that ended in the same place the best one is enough.
-        let (mut chosen, rest) = choose(starts, variants, if options.effort.coarse_first { REFINED } else { usize::MAX });
-        if prepared.spec.bounces > 0 {
-            chosen = chosen.into_iter().map(|start| self.lit(start, FIRST_TURNS, variants)).collect::<Result<_>>()?;
-            watch.lap("interreflections");
-        }
-        let chosen = self.settled(chosen, FINE.samples, variants)?;
-        let mut refined = chosen.clone();
-        if !shared.must_end() || !shared.memory.is_empty() {
-            refined = self.stage(Stage::Refine, &prepared.fine, FINE.samples, &chosen, variants)?;
-            // A start whose refinement did not begin stands where it stood.
-            refined.retain(|s| s.objective.is_finite());
-            watch.lap("refine");
-        }
-        if refined.is_empty() {
-            refined = chosen;
-        }
-        if !shared.must_end() || !shared.memory.is_empty() {
-            if prepared.spec.bounces > 0 {
-                refined[0] = self.lit(refined[0].clone(), 1, variants)?;
-                watch.lap("interreflections");
-            }
-            let best = self.settled(vec![refined[0].clone()], POLISH_SAMPLES, variants)?;
-            let polished = self.stage(Stage::Polish, &prepared.fine, POLISH_SAMPLES, &best, variants)?;
-            if polished[0].objective.is_finite() {
-                refined[0] = polished[0].clone();
-            }
-            watch.lap("polish");
-        }
-        let count = refined.len();
-        refined.extend(rest);
-        Ok(Searched { starts: refined, refined: count })
+        watch.lap("explore");
+        Ok(found)
     }
 
-    /// The starts with the heights that the close-up's periods are laid on each other at.
-    fn settled(&self, starts: Vec<Start>, samples: u32, variants: &[Variant]) -> Result<Vec<Start>> {
+    /// Starts like `first`, numbered from its number on, dealt out to a range of the variants: as many as the options say, and at least one each.
+    fn deal(&self, own: &Model<'_>, first: &Start, variants: Range<usize>) -> Vec<Start> {
+        let options = self.options;
+        let nothing_moves = unknowns::variables(self.prepared.spec).is_empty() && !options.joint;
+        let points = if nothing_moves {
+            vec![Vec::new(); variants.len()]
+        } else {
+            search::starts(own, options.starts.max(variants.len()), options.seed)
+        };
+        let one = |(k, point)| Start { number: first.number + k, point, choice: variants.start + k % variants.len(), ..first.clone() };
+        points.into_iter().enumerate().map(one).collect()
+    }
+
+    /// The chosen starts on the fine model, the best first; as they were where the search must end before.
+    fn refined(&self, mut chosen: Vec<Start>, variants: &[Variant], watch: &mut Stopwatch<'_>) -> Result<Vec<Start>> {
+        if self.prepared.spec.bounces > 0 {
+            chosen = chosen.into_iter().map(|start| self.interreflecting(start, FIRST_ROUNDS, variants)).collect::<Result<_>>()?;
+            watch.lap("interreflections");
+        }
+        let chosen = self.registered(chosen, FINE.samples, variants)?;
+        if !self.may_go_on() {
+            return Ok(chosen);
+        }
+        let mut refined = self.stage(Stage::Refine, &self.prepared.fine, FINE.samples, &chosen, variants)?;
+        // A start whose refinement did not begin stands where it stood.
+        refined.retain(|s| s.objective.is_finite());
+        watch.lap("refine");
+        Ok(if refined.is_empty() { chosen } else { refined })
+    }
+
+    /// The best start with more samples, and the interreflections of where it stands now.
+    fn polished(&self, mut best: Start, variants: &[Variant], watch: &mut Stopwatch<'_>) -> Result<Start> {
+        if self.prepared.spec.bounces > 0 {
+            best = self.interreflecting(best, 1, variants)?;
+            watch.lap("interreflections");
+        }
+        let begin = self.registered(vec![best.clone()], POLISH_SAMPLES, variants)?;
+        let polished = self.stage(Stage::Polish, &self.prepared.fine, POLISH_SAMPLES, &begin, variants)?.swap_remove(0);
+        watch.lap("polish");
+        Ok(if polished.objective.is_finite() { polished } else { best })
+    }
+
+    /// The starts with the heights at which the close-up's periods are registered with the model's.
+    fn registered(&self, starts: Vec<Start>, samples: u32, variants: &[Variant]) -> Result<Vec<Start>> {
         let one = |start: &Start| {
             let settled = self.model(&self.prepared.fine, samples, start, variants).and_then(|mut model| {
                 let evaluations = start.evaluations + model.settle_height(&start.point, self.shared.control)?;
@@ -207,9 +236,10 @@ impl Search<'_> {
         in_parallel(&starts, |_, start| one(start))
     }
 
-    /// A start with the interreflections that it has where it stands. That answers to the colours, and these to it: both are found by `turns`.
-    fn lit(&self, mut start: Start, turns: usize, variants: &[Variant]) -> Result<Start> {
-        for _ in 0..turns {
+    /// A start with the interreflections that it has where it stands. These depend on the colours, and the colours on them: `rounds` of both
+    /// in turns.
+    fn interreflecting(&self, mut start: Start, rounds: usize, variants: &[Variant]) -> Result<Start> {
+        for _ in 0..rounds {
             match self.indirect(&start, variants) {
                 Ok(Some(found)) => start.indirect = Some(Arc::new(found)),
                 // Whoever stops the search wants what it has found.
@@ -242,7 +272,7 @@ fn choose(starts: Vec<Start>, variants: &[Variant], most: usize) -> (Vec<Start>,
     let sides = |start: &Start| variants[start.choice].sides;
     for one_each in [true, false] {
         for start in &starts {
-            let is_near = |other: &Start| other.choice == start.choice && distance(&other.point, &start.point) < SAME_PLACE;
+            let is_near = |other: &Start| other.choice == start.choice && distance(&other.point, &start.point) < SAME_MINIMUM;
             let is_first = !chosen.iter().any(|other| sides(other) == sides(start));
             if chosen.len() < most && (is_first || !one_each) && !chosen.iter().any(is_near) {
                 chosen.push(start.clone());

@@ -158,14 +158,27 @@ impl Kernel for Add<'_> {
             }
             let i_dot_h = 0.5 * (pair.wi + pair.wo).length();
             for (j, lobe) in lobes.iter().enumerate() {
-                let colour = lobe.lobe.colour_at(i_dot_h);
-                for r in 0..REPLICATES {
-                    for c in 0..3 {
-                        let total = if lobe.lobe.table.is_some() { tables[j][c][r] } else { acc[j][r] };
-                        sums[r][c] += weight * colour[c] * f64::from(total);
-                    }
-                }
+                add_colours(lobe.lobe, i_dot_h, *weight, &acc[j], &tables[j], sums);
             }
+        }
+    }
+}
+
+/// Adds to the sums of a pair what a lobe adds up to: of a table each channel by itself, of a formula one number times its colour.
+#[inline(always)]
+fn add_colours(
+    lobe: &Lobe<'_>,
+    i_dot_h: f64,
+    weight: f64,
+    formula: &[f32; REPLICATES],
+    table: &[[f32; REPLICATES]; 3],
+    sums: &mut PairSums,
+) {
+    let colour = lobe.colour_at(i_dot_h);
+    for r in 0..REPLICATES {
+        for c in 0..3 {
+            let total = if lobe.table.is_some() { table[c][r] } else { formula[r] };
+            sums[r][c] += weight * colour[c] * f64::from(total);
         }
     }
 }

@@ -40,71 +40,97 @@ struct Element {
     properties: Vec<Property>,
 }
 
+impl Element {
+    /// Index of the first property that is no list and has one of these names.
+    fn scalar(&self, names: &[&str]) -> Option<usize> {
+        self.properties.iter().position(|p| names.contains(&&*p.name) && p.list.is_none())
+    }
+}
+
+/// The values of one vertex, face or other element.
+struct Item {
+    /// The last value of each property; NaN of an empty list.
+    scalars: Vec<f64>,
+    /// The values of the property that holds the vertices of a face.
+    corners: Vec<u32>,
+}
+
+/// A face as it stands in the file.
+struct Face {
+    /// Its line or byte.
+    position: usize,
+    /// Vertices, counted from 0.
+    corners: Vec<u32>,
+}
+
 /// Parses a PLY file.
 pub(super) fn parse(bytes: &[u8]) -> Result<Soup, BadInput> {
     let (encoding, elements, start, lines) = header(bytes)?;
     let mut body = Body { bytes, at: start, line: lines, encoding };
     let mut soup = Soup::default();
     let mut uv: Vec<DVec2> = Vec::new();
-    // Faces may stand before the vertices they use: they are joined at the end. With each its line or byte.
-    let mut faces: Vec<(usize, Vec<u32>)> = Vec::new();
+    // Faces may stand before the vertices they use: they are joined at the end.
+    let mut faces: Vec<Face> = Vec::new();
     for element in &elements {
         body.check_size(element)?;
-        let find = |names: &[&str]| element.properties.iter().position(|p| names.contains(&&*p.name) && p.list.is_none());
-        let xyz = [find(&["x"]), find(&["y"]), find(&["z"])];
-        let st = [find(&["s", "u", "texture_u"]), find(&["t", "v", "texture_v"])];
-        let indices = element.properties.iter().position(|p| matches!(&*p.name, "vertex_indices" | "vertex_index") && p.list.is_some());
         match &*element.name {
-            "vertex" if xyz.contains(&None) => {
-                return Err(BadInput::new("the vertices lack x, y or z", "export the mesh with positions"));
-            }
-            "face" if indices.is_none() => return Err(BadInput::new("the faces lack vertex_indices", "export the mesh with faces")),
-            _ => {}
-        }
-        soup.normals_ignored |= element.name == "vertex" && find(&["nx"]).is_some();
-        if element.properties.is_empty() {
-            continue;
-        }
-        for _ in 0..element.count {
-            let place = body.begin_item()?;
-            let mut scalars = Vec::with_capacity(element.properties.len());
-            let mut corners = Vec::new();
-            for (k, property) in element.properties.iter().enumerate() {
-                let length = match property.list {
-                    None => 1,
-                    Some(kind) => whole(body.scalar(kind)?).ok_or_else(|| body.bad("the length of a list is not a whole number"))?,
-                };
-                let wanted = Some(k) == indices && element.name == "face";
-                scalars.push(f64::NAN);
-                for _ in 0..length {
-                    let value = body.scalar(property.value)?;
-                    scalars[k] = value;
-                    if wanted {
-                        corners.push(whole(value).ok_or_else(|| body.bad(&format!("{value} is not the index of a vertex")))?);
-                    }
+            "vertex" => read_vertices(&mut body, element, &mut soup, &mut uv)?,
+            "face" => read_faces(&mut body, element, &mut faces)?,
+            _ if element.properties.is_empty() => {}
+            _ => {
+                for _ in 0..element.count {
+                    body.begin_item()?;
+                    body.item(element, None)?;
                 }
             }
-            body.end_item()?;
-            if element.name == "vertex" {
-                let at = |k: Option<usize>| k.map_or(f64::NAN, |k| scalars[k]);
-                soup.vertices.push(finite(DVec3::new(at(xyz[0]), at(xyz[1]), at(xyz[2]))).map_err(|b| body.placed(place, b))?);
-                uv.push(DVec2::new(at(st[0]), at(st[1])));
-            } else if element.name == "face" {
-                faces.push((place, corners));
-            }
         }
     }
+    join(&body, faces, &uv, &mut soup)?;
+    Ok(soup)
+}
+
+fn read_vertices(body: &mut Body<'_>, element: &Element, soup: &mut Soup, uv: &mut Vec<DVec2>) -> Result<(), BadInput> {
+    let [Some(x), Some(y), Some(z)] = [["x"], ["y"], ["z"]].map(|name| element.scalar(&name)) else {
+        return Err(BadInput::new("the vertices lack x, y or z", "export the mesh with positions"));
+    };
+    let st = [element.scalar(&["s", "u", "texture_u"]), element.scalar(&["t", "v", "texture_v"])];
+    soup.normals_ignored |= element.scalar(&["nx"]).is_some();
+    for _ in 0..element.count {
+        let position = body.begin_item()?;
+        let Item { scalars, .. } = body.item(element, None)?;
+        soup.vertices.push(finite(DVec3::new(scalars[x], scalars[y], scalars[z])).map_err(|b| body.placed(position, b))?);
+        let [s, t] = st.map(|k| k.map_or(f64::NAN, |k| scalars[k]));
+        uv.push(DVec2::new(s, t));
+    }
+    Ok(())
+}
+
+fn read_faces(body: &mut Body<'_>, element: &Element, faces: &mut Vec<Face>) -> Result<(), BadInput> {
+    let indices = element.properties.iter().position(|p| matches!(&*p.name, "vertex_indices" | "vertex_index") && p.list.is_some());
+    if indices.is_none() {
+        return Err(BadInput::new("the faces lack vertex_indices", "export the mesh with faces"));
+    }
+    for _ in 0..element.count {
+        let position = body.begin_item()?;
+        let Item { corners, .. } = body.item(element, indices)?;
+        faces.push(Face { position, corners });
+    }
+    Ok(())
+}
+
+/// Adds the faces to the vertices that they name, with texture coordinates if all vertices have them.
+fn join(body: &Body<'_>, faces: Vec<Face>, uv: &[DVec2], soup: &mut Soup) -> Result<(), BadInput> {
     let part = soup.part(NAMELESS)?;
     let has_uv = !uv.is_empty() && uv.iter().all(|c| c.is_finite());
-    for (place, corners) in faces {
+    for Face { position, corners } in faces {
         if let Some(c) = corners.iter().find(|&&c| c as usize >= soup.vertices.len()) {
             let bad = BadInput::new(format!("there is no vertex {c}"), format!("the file has {}, counted from 0", soup.vertices.len()));
-            return Err(body.placed(place, bad));
+            return Err(body.placed(position, bad));
         }
         let textures: Option<Vec<DVec2>> = has_uv.then(|| corners.iter().map(|&c| uv[c as usize]).collect());
-        soup.polygon(part, &corners, textures.as_deref()).map_err(|b| body.placed(place, b))?;
+        soup.polygon(part, &corners, textures.as_deref()).map_err(|b| body.placed(position, b))?;
     }
-    Ok(soup)
+    Ok(())
 }
 
 /// A value that is a whole number from 0 to 2^32 - 1.
@@ -227,6 +253,26 @@ impl Body<'_> {
             self.at += 1;
         }
         Ok(self.line + 1)
+    }
+
+    /// The values of the item that begins here, whose property `indices` holds vertices.
+    fn item(&mut self, element: &Element, indices: Option<usize>) -> Result<Item, BadInput> {
+        let mut item = Item { scalars: vec![f64::NAN; element.properties.len()], corners: Vec::new() };
+        for (k, property) in element.properties.iter().enumerate() {
+            let length = match property.list {
+                None => 1,
+                Some(kind) => whole(self.scalar(kind)?).ok_or_else(|| self.bad("the length of a list is not a whole number"))?,
+            };
+            for _ in 0..length {
+                let value = self.scalar(property.value)?;
+                item.scalars[k] = value;
+                if Some(k) == indices {
+                    item.corners.push(whole(value).ok_or_else(|| self.bad(&format!("{value} is not the index of a vertex")))?);
+                }
+            }
+        }
+        self.end_item()?;
+        Ok(item)
     }
 
     /// A text item ends with its line.
