@@ -51,7 +51,7 @@
 //!
 //! ```text
 //! error, toml_reader, numerics, direction, image_file, brdf, geometry, material, formats,
-//! facets, visibility, bvndf, filter, table, render, study
+//! facets, visibility, transport, bvndf, filter, table, render, study
 //!
 //! material file -> geometry -> facets -> visibility -> filter -> table | render | study
 //!                                             brdf ----^
@@ -78,6 +78,7 @@ pub mod render;
 pub mod study;
 pub mod table;
 pub mod toml_reader;
+pub mod transport;
 pub mod visibility;
 
 pub use brdf::Brdf;

@@ -1,6 +1,6 @@
 //! The method, from a surface and pairs to values with errors.
 
-use super::paths::{Scene, Sequence, Sums};
+use super::rays::Sums;
 use super::rounds::RoundPlanner;
 use super::tally::{Estimate, Tally};
 use crate::direction::Pair;
@@ -11,6 +11,8 @@ use crate::filter::quality::Quality;
 use crate::filter::query::{Query, QueryEntry};
 use crate::filter::value::{Effective, Summary, Value};
 use crate::material::SmallScale;
+use crate::numerics::cast::index_u32;
+use crate::transport::{PathSequence, TransportScene};
 use crate::visibility::MAX_PERIODS;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -31,7 +33,7 @@ pub(in crate::filter) fn reference(small: &SmallScale, pairs: &[Pair], quality: 
     let plan = quality.plan.as_ref().map(Plan::as_reference).transpose()?;
     let bounces = plan.as_ref().map_or(quality.bounces, |plan| plan.bounces);
     let query = Query::new(pairs, false);
-    let scene = Scene::new(small)?;
+    let scene = TransportScene::new(small)?;
     control.check()?;
     let tracer = Tracer { scene: &scene, query: &query, bounces, seed: quality.seed, control };
     let ready = (control.clock)();
@@ -125,7 +127,7 @@ fn relative_rms(values: impl Iterator<Item = ([f64; 3], [f64; 3])>) -> f64 {
 
 /// Everything that tracing needs to know.
 struct Tracer<'a> {
-    scene: &'a Scene<'a>,
+    scene: &'a TransportScene<'a>,
     query: &'a Query,
     bounces: u32,
     seed: u64,
@@ -177,13 +179,13 @@ impl Tracer<'_> {
     /// Some rays of one batch of one pair.
     fn batch(&self, pair: usize, batch: usize, rays: Range<u32>) -> Result<Sums> {
         let [wi, wo] = self.query.pairs[pair].map(|d| self.query.directions[d as usize]);
-        let sequence = Sequence::new(self.seed, pair, batch);
+        let sequence = PathSequence::new(self.seed, &[index_u32(pair), index_u32(batch)]);
         let mut sums = Sums::default();
         for index in rays {
             if index % RAYS_PER_CHECK == 0 {
                 self.control.check()?;
             }
-            self.scene.add_path(wi, wo, self.bounces, sequence, index, &mut sums);
+            sums.add_path(self.scene, Pair { wi, wo }, self.bounces, sequence, index);
         }
         Ok(sums)
     }

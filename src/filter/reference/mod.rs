@@ -13,10 +13,10 @@
 //! Samples go where they help: until the relative RMS error meets the tolerance, the pair is doubled whose doubling takes away
 //! most squared error for its rays. A plan is the list of those doublings' counts, one a round.
 //!
-//! `paths`: what one ray brings back. `tally`: mean and error of a pair. `rounds`: how many rays each pair gets. `method` puts them together.
+//! [`transport`](crate::transport) follows one ray. `rays`: what those of a batch bring back. `tally`: mean and error of a pair. `rounds`: how many rays each pair gets. `method` puts them together.
 
 mod method;
-mod paths;
+mod rays;
 mod rounds;
 mod tally;
 

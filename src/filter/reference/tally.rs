@@ -1,6 +1,6 @@
 //! Mean and error of a pair from the rays of its batches.
 
-use super::paths::Sums;
+use super::rays::Sums;
 use crate::direction::MIN_COSINE;
 use crate::filter::plan::BATCHES;
 use crate::filter::value::Value;
