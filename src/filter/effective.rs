@@ -1,7 +1,7 @@
 //! The one function by which all methods are reached.
 
 use super::control::Control;
-use super::quality::{Method, Quality};
+use super::quality::{MethodToRun, Quality};
 use super::value::Effective;
 use super::{auto, direct, low_rank, reference};
 use crate::direction::Pair;
@@ -35,10 +35,10 @@ use crate::material::SmallScale;
 /// ```
 pub fn effective(surface: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
     match quality.method_to_run()? {
-        Method::Direct if quality.method == Method::Auto && quality.plan.is_none() => auto::auto(surface, pairs, quality, control),
-        Method::Auto | Method::Direct => direct::direct(surface, pairs, quality, control),
-        Method::Reference => reference::reference(surface, pairs, quality, control),
-        Method::LowRank => low_rank::low_rank(surface, pairs, quality, control),
-        Method::SphericalGaussian => Err(Error::Unsupported { what: "`method sg`".into(), remedy: "use `method direct`".into() }),
+        MethodToRun::PredictedDirect => auto::auto(surface, pairs, quality, control),
+        MethodToRun::Direct => direct::direct(surface, pairs, quality, control),
+        MethodToRun::Reference => reference::reference(surface, pairs, quality, control),
+        MethodToRun::LowRank => low_rank::low_rank(surface, pairs, quality, control),
+        MethodToRun::SphericalGaussian => Err(Error::Unsupported { what: "`method sg`".into(), remedy: "use `method direct`".into() }),
     }
 }

@@ -48,7 +48,7 @@ pub use effective::effective;
 pub(crate) use lobes::lobes;
 pub use plan::{CLUSTER_WIDTHS, DirectPlan, LARGEST_MAPS, LowRankPlan, LowRankVariant, MapSides, Plan, ReferencePlan};
 pub use prepared::Prepared;
-pub use quality::{MatrixCache, Method, Quality};
+pub use quality::{MatrixCache, Method, MethodToRun, Quality};
 pub(crate) use query::{Query, QueryEntry};
 pub(crate) use sums::{FacetSums, Views, visible_area};
 pub use tolerance::DEFAULT_TOLERANCE;

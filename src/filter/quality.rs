@@ -56,24 +56,39 @@ impl Default for Quality {
     }
 }
 
+/// The method that runs, once `Auto` and the plan have been looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MethodToRun {
+    /// `direct` with the number of samples to start with predicted, or `reference` where the samples do not show what directions see.
+    PredictedDirect,
+    /// `direct`, as it was asked for or planned.
+    Direct,
+    /// Low-rank matrices.
+    LowRank,
+    /// Spherical Gaussians.
+    SphericalGaussian,
+    /// Fresh rays for every pair.
+    Reference,
+}
+
 impl Quality {
-    /// The method that runs: what `Auto` chooses, which is the plan's method, or `reference` for reflections after the first,
-    /// or else `direct`.
+    /// The method that runs. Where the program chooses: that of the plan, or `reference` for reflections after the first, or else `direct`.
     ///
     /// # Errors
-    /// [`Error::BadInput`](crate::Error::BadInput) for reflections that `direct` is asked for: it computes direct light only.
-    pub fn method_to_run(&self) -> Result<Method> {
+    /// [`Error::BadInput`](crate::Error::BadInput) for reflections that `direct` or `lowrank` is asked for: they compute direct light only.
+    pub fn method_to_run(&self) -> Result<MethodToRun> {
         let method = match (self.method, &self.plan) {
-            (Method::Auto, Some(Plan::Reference(_))) => Method::Reference,
-            (Method::Auto, Some(Plan::LowRank(_))) => Method::LowRank,
-            (Method::Auto, None) if self.bounces > 0 => Method::Reference,
-            (Method::Auto, _) => Method::Direct,
-            (asked, _) => asked,
+            (Method::Auto, Some(Plan::Reference(_))) | (Method::Reference, _) => MethodToRun::Reference,
+            (Method::Auto, Some(Plan::LowRank(_))) | (Method::LowRank, _) => MethodToRun::LowRank,
+            (Method::Auto, None) if self.bounces > 0 => MethodToRun::Reference,
+            (Method::Auto, None) => MethodToRun::PredictedDirect,
+            (Method::Auto, Some(Plan::Direct(_))) | (Method::Direct, _) => MethodToRun::Direct,
+            (Method::SphericalGaussian, _) => MethodToRun::SphericalGaussian,
         };
         let name = match method {
-            Method::Direct => "direct",
-            Method::LowRank => "lowrank",
-            _ => return Ok(method),
+            MethodToRun::Direct | MethodToRun::PredictedDirect => "direct",
+            MethodToRun::LowRank => "lowrank",
+            MethodToRun::Reference | MethodToRun::SphericalGaussian => return Ok(method),
         };
         if self.bounces > 0 {
             let problem = format!("{} reflections after the first are asked of `method {name}`", self.bounces);
@@ -104,13 +119,14 @@ mod tests {
     #[test]
     fn auto_follows_the_plan_and_takes_the_reference_for_interreflections() {
         use Method::{Auto, Direct, Reference};
+        use MethodToRun as Runs;
         for (asked, bounces, plan, runs) in [
-            (Auto, 0, None, Direct),
-            (Auto, 2, None, Reference),
-            (Auto, 0, Some("direct:2048x1"), Direct),
-            (Auto, 0, Some("reference:bounces=0:first=8"), Reference),
-            (Reference, 0, None, Reference),
-            (Direct, 0, None, Direct),
+            (Auto, 0, None, Runs::PredictedDirect),
+            (Auto, 2, None, Runs::Reference),
+            (Auto, 0, Some("direct:2048x1"), Runs::Direct),
+            (Auto, 0, Some("reference:bounces=0:first=8"), Runs::Reference),
+            (Reference, 0, None, Runs::Reference),
+            (Direct, 0, None, Runs::Direct),
         ] {
             let quality = quality(asked, bounces, plan);
             assert_eq!(quality.method_to_run().unwrap(), runs, "{quality:?}");

@@ -12,4 +12,4 @@ pub use crate::image_file::TintImage;
 pub use recipe::{Material, UNITS};
 pub use small_scale::{SmallScale, are_reciprocal};
 pub use surface::{Surface, Tint};
-pub use values::{MaterialValues, NumberPlace};
+pub use values::{MaterialValues, NumberKey};

@@ -1,6 +1,6 @@
 //! The values of a material file, typed and each in its range: numbers are set here, and the material is made of them again.
 //!
-//! A search asks for the place of each number once ([`MaterialValues::place`]) and then sets it as often as it likes; neither text nor a
+//! A search asks for the key of each number once ([`MaterialValues::number_key`]) and then sets it as often as it likes; neither text nor a
 //! file that the material names is read again. What a file would be refused for, a set value is refused for as well: its range when it is
 //! set, and what values contradict each other when the material is made.
 
@@ -26,39 +26,39 @@ pub struct MaterialValues {
     pub surfaces: Vec<Surface>,
 }
 
-/// Where a number of a material stands: `geometry.KEY`, `surface.PART.brdf.KEY` or `surface.PART.tint`.
+/// Which number of a material: `geometry.KEY`, `surface.PART.brdf.KEY` or `surface.PART.tint`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NumberPlace {
+pub enum NumberKey {
     /// In the `[geometry]` table.
     Geometry(&'static str),
     /// In the `brdf` of a `[[surface]]`.
     Brdf {
-        /// Place of the surface in the file.
+        /// Index of the surface, in the order of the file.
         surface: usize,
         /// The key.
         key: &'static str,
     },
     /// The `tint` of a `[[surface]]`.
     Tint {
-        /// Place of the surface in the file.
+        /// Index of the surface, in the order of the file.
         surface: usize,
     },
 }
 
 impl MaterialValues {
-    /// The place that `key` means; the file need not give it.
+    /// The number that `key` names; the file need not give it.
     ///
     /// # Errors
     /// A key of another form, of a part that no surface covers, or that is no number there.
-    pub fn place(&self, key: &str) -> Result<NumberPlace, BadInput> {
+    pub fn number_key(&self, key: &str) -> Result<NumberKey, BadInput> {
         let words: Vec<&str> = key.split('.').collect();
         match words[..] {
-            ["geometry", key] => Ok(NumberPlace::Geometry(self.geometry.number_key(key)?)),
+            ["geometry", key] => Ok(NumberKey::Geometry(self.geometry.number_key(key)?)),
             ["surface", part, "brdf", key] => {
                 let surface = self.surface(part)?;
-                Ok(NumberPlace::Brdf { surface, key: self.surfaces[surface].brdf.number_key(key)? })
+                Ok(NumberKey::Brdf { surface, key: self.surfaces[surface].brdf.number_key(key)? })
             }
-            ["surface", part, "tint"] => Ok(NumberPlace::Tint { surface: self.surface(part)? }),
+            ["surface", part, "tint"] => Ok(NumberKey::Tint { surface: self.surface(part)? }),
             _ => {
                 let form = "write `geometry.KEY`, `surface.PART.brdf.KEY` or `surface.PART.tint`";
                 Err(BadInput::new(format!("\"{key}\" names no number of a material"), form))
@@ -77,10 +77,10 @@ impl MaterialValues {
     ///
     /// # Errors
     /// A value out of range.
-    pub fn set(&mut self, place: NumberPlace, value: f64) -> Result<(), BadInput> {
-        match place {
-            NumberPlace::Geometry(key) => self.geometry.set_number(key, value),
-            NumberPlace::Brdf { .. } | NumberPlace::Tint { .. } => self.set_colour(place, [value; 3]),
+    pub fn set(&mut self, number: NumberKey, value: f64) -> Result<(), BadInput> {
+        match number {
+            NumberKey::Geometry(key) => self.geometry.set_number(key, value),
+            NumberKey::Brdf { .. } | NumberKey::Tint { .. } => self.set_colour(number, [value; 3]),
         }
     }
 
@@ -90,12 +90,12 @@ impl MaterialValues {
     /// A channel out of range.
     ///
     /// # Panics
-    /// On a place in the geometry, which has no colours.
-    pub fn set_colour(&mut self, place: NumberPlace, colour: [f64; 3]) -> Result<(), BadInput> {
-        match place {
-            NumberPlace::Geometry(key) => unreachable!("`geometry.{key}` is no colour"),
-            NumberPlace::Brdf { surface, key } => self.surfaces[surface].brdf.set_colour(key, colour),
-            NumberPlace::Tint { surface } => {
+    /// On a number of the geometry, which has no colours.
+    pub fn set_colour(&mut self, number: NumberKey, colour: [f64; 3]) -> Result<(), BadInput> {
+        match number {
+            NumberKey::Geometry(key) => unreachable!("`geometry.{key}` is no colour"),
+            NumberKey::Brdf { surface, key } => self.surfaces[surface].brdf.set_colour(key, colour),
+            NumberKey::Tint { surface } => {
                 TINT.check(&colour)?;
                 self.surfaces[surface].tint = Tint::Uniform(colour);
                 Ok(())

@@ -5,7 +5,7 @@ use crate::fit_file::assignment::Assignment;
 use biscale::error::{BadInput, Error, Result};
 use biscale::geometry;
 use biscale::geometry::params::{Fallback, Unit, Value};
-use biscale::material::{Material, NumberPlace};
+use biscale::material::{Material, NumberKey};
 use biscale::toml_reader::Source;
 use std::path::PathBuf;
 use toml_edit::{Array, DocumentMut, Item, TableLike, value};
@@ -40,29 +40,30 @@ impl MaterialText {
         }
     }
 
-    fn table(&mut self, place: NumberPlace) -> Option<&mut dyn TableLike> {
-        let surface = match place {
-            NumberPlace::Geometry(_) => return self.document.get_mut("geometry")?.as_table_like_mut(),
-            NumberPlace::Brdf { surface, .. } | NumberPlace::Tint { surface } => surface,
+    fn table(&mut self, number: NumberKey) -> Option<&mut dyn TableLike> {
+        let surface = match number {
+            NumberKey::Geometry(_) => return self.document.get_mut("geometry")?.as_table_like_mut(),
+            NumberKey::Brdf { surface, .. } | NumberKey::Tint { surface } => surface,
         };
         let table: &mut dyn TableLike = match self.document.get_mut("surface")? {
             Item::ArrayOfTables(tables) => tables.get_mut(surface)?,
             Item::Value(v) => v.as_array_mut()?.get_mut(surface)?.as_inline_table_mut()?,
             _ => return None,
         };
-        if matches!(place, NumberPlace::Brdf { .. }) { table.get_mut("brdf")?.as_table_like_mut() } else { Some(table) }
+        if matches!(number, NumberKey::Brdf { .. }) { table.get_mut("brdf")?.as_table_like_mut() } else { Some(table) }
     }
 
-    fn key(place: NumberPlace) -> &'static str {
-        match place {
-            NumberPlace::Geometry(key) | NumberPlace::Brdf { key, .. } => key,
-            NumberPlace::Tint { .. } => "tint",
+    /// The key in its own table.
+    fn last_key(number: NumberKey) -> &'static str {
+        match number {
+            NumberKey::Geometry(key) | NumberKey::Brdf { key, .. } => key,
+            NumberKey::Tint { .. } => "tint",
         }
     }
 
     /// The number that stands there, if one does.
-    pub fn number(&mut self, place: NumberPlace) -> Option<f64> {
-        let item = self.table(place)?.get(Self::key(place))?;
+    pub fn number(&mut self, key: NumberKey) -> Option<f64> {
+        let item = self.table(key)?.get(Self::last_key(key))?;
         #[expect(clippy::cast_precision_loss, reason = "numbers of a material are small")]
         item.as_float().or_else(|| item.as_integer().map(|i| i as f64))
     }
@@ -71,20 +72,20 @@ impl MaterialText {
     pub fn write(&mut self, assignments: &[Assignment]) {
         for assignment in assignments {
             match *assignment {
-                Assignment::Number(place, number) => self.put(place, value(number)),
-                Assignment::Whole(key, count) => self.put(NumberPlace::Geometry(key), value(i64::from(count))),
-                Assignment::Colour(place, colour) => {
+                Assignment::Number(key, number) => self.put(key, value(number)),
+                Assignment::Whole(key, count) => self.put(NumberKey::Geometry(key), value(i64::from(count))),
+                Assignment::Colour(key, colour) => {
                     let mut array = Array::new();
                     array.extend(colour);
-                    self.put(place, value(array));
+                    self.put(key, value(array));
                 }
             }
         }
     }
 
-    fn put(&mut self, place: NumberPlace, item: Item) {
-        let key = Self::key(place);
-        let Some(table) = self.table(place) else { return };
+    fn put(&mut self, number: NumberKey, item: Item) {
+        let key = Self::last_key(number);
+        let Some(table) = self.table(number) else { return };
         match (table.get_mut(key), item) {
             // What surrounds the value, a comment at its end, stays.
             (Some(Item::Value(old)), Item::Value(mut new)) => {
@@ -114,18 +115,18 @@ impl MaterialText {
     pub fn scale_lengths(&mut self, kind: &str, factor: f64) {
         let params = geometry::describe(kind).map_or(&[][..], |d| d.params);
         for param in params {
-            let place = NumberPlace::Geometry(param.key);
+            let key = NumberKey::Geometry(param.key);
             match param.value {
                 // A length that is not written and has a fixed default must be written to be scaled.
                 Value::Number { unit: Unit::Length, default, .. } => {
                     let fixed = if let Fallback::Fixed(v) = default { Some(v) } else { None };
-                    if let Some(length) = self.number(place).or(fixed) {
-                        self.put(place, value(length * factor));
+                    if let Some(length) = self.number(key).or(fixed) {
+                        self.put(key, value(length * factor));
                     }
                 }
                 // A mesh's own period is in the lengths of its file, which `scale` scales.
                 Value::Pair { unit: Unit::Length, .. } if kind != "mesh" => {
-                    let Some(table) = self.table(place) else { continue };
+                    let Some(table) = self.table(key) else { continue };
                     let pair: Option<Vec<f64>> = table
                         .get(param.key)
                         .and_then(Item::as_array)
@@ -133,7 +134,7 @@ impl MaterialText {
                     if let Some([x, y]) = pair.as_deref() {
                         let mut array = Array::new();
                         array.extend([x * factor, y * factor]);
-                        self.put(place, value(array));
+                        self.put(key, value(array));
                     }
                 }
                 _ => {}
@@ -141,9 +142,9 @@ impl MaterialText {
         }
         if kind == "mesh" {
             // The triangles of a file are scaled by a factor of their own.
-            let place = NumberPlace::Geometry("scale");
-            let own = self.number(place).unwrap_or(1.0);
-            self.put(place, value(own * factor));
+            let key = NumberKey::Geometry("scale");
+            let own = self.number(key).unwrap_or(1.0);
+            self.put(key, value(own * factor));
         }
     }
 
@@ -167,8 +168,8 @@ impl MaterialText {
             }
         }
         for surface in 0..self.tables().len() {
-            for (place, key) in [(NumberPlace::Tint { surface }, "tint"), (NumberPlace::Brdf { surface, key: "file" }, "file")] {
-                self.table(place).and_then(|t| t.get_mut(key)).into_iter().for_each(absolute);
+            for (number, key) in [(NumberKey::Tint { surface }, "tint"), (NumberKey::Brdf { surface, key: "file" }, "file")] {
+                self.table(number).and_then(|t| t.get_mut(key)).into_iter().for_each(absolute);
             }
         }
     }
@@ -189,12 +190,12 @@ mod tests {
         let source = Source { path: "m.toml".into(), text: TEXT.to_owned() };
         let mut text = MaterialText::new(&source).unwrap();
         let values = MaterialValues::parse(&source).unwrap();
-        let place = |key: &str| values.place(key).unwrap();
-        assert_eq!(text.number(place("geometry.depth")), Some(0.5));
+        let number = |key: &str| values.number_key(key).unwrap();
+        assert_eq!(text.number(number("geometry.depth")), Some(0.5));
         let assignments = [
-            Assignment::Number(place("geometry.depth"), 0.75),
-            Assignment::Number(place("surface.*.brdf.alpha"), 0.125),
-            Assignment::Colour(place("surface.floor.brdf.albedo"), [0.25, 0.5, 1.0]),
+            Assignment::Number(number("geometry.depth"), 0.75),
+            Assignment::Number(number("surface.*.brdf.alpha"), 0.125),
+            Assignment::Colour(number("surface.floor.brdf.albedo"), [0.25, 0.5, 1.0]),
         ];
         text.write(&assignments);
         let written = text.text();

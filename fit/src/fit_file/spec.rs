@@ -8,7 +8,7 @@ use crate::photograph::image::{Image, LIGHT_SIGMA_DEG, Photograph, Pinhole, Role
 use biscale::brdf::Brdf;
 use biscale::error::{BadInput, Result};
 use biscale::filter::{Slot, SlotColour};
-use biscale::material::{Material, MaterialValues, NumberPlace};
+use biscale::material::{Material, MaterialValues, NumberKey};
 use biscale::render::{Camera, Light, Object};
 use biscale::toml_reader::{Range, Source, TableReader, range};
 use std::path::{Path, PathBuf};
@@ -60,8 +60,8 @@ pub struct Spec {
 pub struct Parameter {
     /// As the file names it.
     pub key: String,
-    /// Where it stands in the material file.
-    pub place: NumberPlace,
+    /// The number of the material that it names.
+    pub number: NumberKey,
     /// Where the search may begin.
     pub start: f64,
     /// Bounds; equal ones hold it.
@@ -71,9 +71,9 @@ pub struct Parameter {
     /// Mean and standard deviation of what is known of it.
     pub prior: Option<[f64; 2]>,
     /// Numbers that are always equal to it.
-    pub same: Vec<NumberPlace>,
+    pub same: Vec<NumberKey>,
     /// A number that makes the sum of both this.
-    pub rest: Option<(NumberPlace, f64)>,
+    pub rest: Option<(NumberKey, f64)>,
 }
 
 /// A colour that is found.
@@ -81,8 +81,8 @@ pub struct Parameter {
 pub struct Colour {
     /// As the file names it.
     pub key: String,
-    /// Where it stands in the material file.
-    pub place: NumberPlace,
+    /// The number of the material that it names.
+    pub number: NumberKey,
     /// What it colours.
     pub slot: Slot,
     /// Whether it has the same value in all channels.
@@ -92,7 +92,7 @@ pub struct Colour {
 }
 
 impl Parameter {
-    /// Place of a value between the bounds, 0 to 1.
+    /// Where a value lies between the bounds, 0 to 1.
     pub fn to_unit(&self, value: f64) -> f64 {
         let [low, high] = self.bounds;
         if high <= low {
@@ -102,7 +102,7 @@ impl Parameter {
         share.clamp(0.0, 1.0)
     }
 
-    /// The value at a place between the bounds.
+    /// The value at a share of the way between the bounds, 0 to 1.
     pub fn at(&self, unit: f64) -> f64 {
         let [low, high] = self.bounds;
         let u = unit.clamp(0.0, 1.0);
@@ -112,9 +112,9 @@ impl Parameter {
 
     /// What the value sets in the material.
     pub fn assignments(&self, value: f64) -> impl Iterator<Item = Assignment> {
-        let equal = std::iter::once(self.place).chain(self.same.iter().copied());
-        let rest = self.rest.map(|(place, sum)| Assignment::Number(place, sum - value));
-        equal.map(move |place| Assignment::Number(place, value)).chain(rest)
+        let equal = std::iter::once(self.number).chain(self.same.iter().copied());
+        let rest = self.rest.map(|(number, sum)| Assignment::Number(number, sum - value));
+        equal.map(move |number| Assignment::Number(number, value)).chain(rest)
     }
 
     /// Whether it may move.
@@ -218,11 +218,12 @@ impl Spec {
             let problem = format!("there are {} parameters", self.parameters.len());
             return Err(top.error_at("parameter", problem, format!("at most {MAX_PARAMETERS} are possible")));
         }
-        let mut places: Vec<(&str, NumberPlace)> = self.parameters.iter().map(|p| (&*p.key, p.place)).collect();
-        places.extend(self.parameters.iter().flat_map(|p| p.same.iter().copied().chain(p.rest.map(|r| r.0)).map(|place| (&*p.key, place))));
-        places.extend(self.colours.iter().map(|c| (&*c.key, c.place)));
-        for (k, (key, place)) in places.iter().enumerate() {
-            if places[..k].iter().any(|(_, p)| p == place) {
+        let mut moved: Vec<(&str, NumberKey)> = self.parameters.iter().map(|p| (&*p.key, p.number)).collect();
+        moved
+            .extend(self.parameters.iter().flat_map(|p| p.same.iter().copied().chain(p.rest.map(|r| r.0)).map(|number| (&*p.key, number))));
+        moved.extend(self.colours.iter().map(|c| (&*c.key, c.number)));
+        for (k, (key, number)) in moved.iter().enumerate() {
+            if moved[..k].iter().any(|(_, n)| n == number) {
                 return Err(top.error_at("parameter", format!("what \"{key}\" moves is moved twice"), "keep one of the two"));
             }
         }
@@ -237,7 +238,7 @@ impl Spec {
 
 /// The numbers of sides that threads are tried with.
 fn sides(top: &TableReader<'_>, material: &Material, parameters: &[Parameter]) -> Result<Vec<u32>> {
-    let moves = parameters.iter().any(|p| p.is_free() && matches!(p.place, NumberPlace::Geometry(_)));
+    let moves = parameters.iter().any(|p| p.is_free() && matches!(p.number, NumberKey::Geometry(_)));
     let Some(given) = top.integers("sides", 4, 256, MAX_SIDES)? else { return Ok(variant::default_sides(&material.geometry, moves)) };
     let Some(own) = variant::own_sides(&material.geometry) else {
         return Err(top.error_at("sides", "only threads and rods have sides", "remove it"));
@@ -311,7 +312,7 @@ impl Parameter {
     fn read(table: TableReader<'_>, values: &MaterialValues, text: &mut MaterialText) -> Result<Self> {
         let key = table.str("key")?.ok_or_else(|| table.missing("key", "\"geometry.depth\""))?.to_owned();
         let bad = |field: &'static str| move |bad: BadInput, table: &TableReader<'_>| table.error_at(field, bad.problem, bad.remedy);
-        let place = values.place(&key).map_err(|b| bad("key")(b, &table))?;
+        let number = values.number_key(&key).map_err(|b| bad("key")(b, &table))?;
         let bounds = table.array::<2>("bounds", NUMBER)?.ok_or_else(|| table.missing("bounds", "[0.1, 1.0]"))?;
         if bounds[1] < bounds[0] {
             return Err(table.error_at("bounds", format!("the lower bound {} lies above the upper {}", bounds[0], bounds[1]), "swap them"));
@@ -324,7 +325,7 @@ impl Parameter {
                 "raise the lower bound, or remove `log`",
             ));
         }
-        let written = text.number(place);
+        let written = text.number(number);
         let start = table.f64("start", NUMBER)?.or(written).unwrap_or(0.5 * (bounds[0] + bounds[1]));
         if start < bounds[0] || start > bounds[1] {
             let problem = format!("it starts at {start}, outside of its bounds {} to {}", bounds[0], bounds[1]);
@@ -335,18 +336,18 @@ impl Parameter {
             return Err(table.error_at("prior", "its standard deviation is not over 0", "write [mean, standard deviation]"));
         }
         let same = table.strings("same")?.unwrap_or_default();
-        let same = same.into_iter().map(|k| values.place(k).map_err(|b| bad("same")(b, &table))).collect::<Result<Vec<_>>>()?;
+        let same = same.into_iter().map(|k| values.number_key(k).map_err(|b| bad("same")(b, &table))).collect::<Result<Vec<_>>>()?;
         let rest = match table.table("rest")? {
             None => None,
             Some(rest) => {
                 let key = rest.str("key")?.ok_or_else(|| rest.missing("key", "\"geometry.warp_gap\""))?;
-                let place = values.place(key).map_err(|b| bad("key")(b, &rest))?;
+                let number = values.number_key(key).map_err(|b| bad("key")(b, &rest))?;
                 let sum = rest.f64("sum", NUMBER)?.ok_or_else(|| rest.missing("sum", "0.5"))?;
                 rest.finish()?;
-                Some((place, sum))
+                Some((number, sum))
             }
         };
-        let parameter = Self { key, place, start, bounds, log, prior, same, rest };
+        let parameter = Self { key, number, start, bounds, log, prior, same, rest };
         // The material must take the start.
         let mut trial = values.clone();
         let start_written: Vec<Assignment> = parameter.assignments(start).collect();
@@ -366,13 +367,13 @@ impl Parameter {
 impl Colour {
     fn read(table: TableReader<'_>, values: &MaterialValues) -> Result<Self> {
         let key = table.str("key")?.ok_or_else(|| table.missing("key", "\"surface.*.brdf.diffuse\""))?.to_owned();
-        let place = values.place(&key).map_err(|bad| table.error_at("key", bad.problem, bad.remedy))?;
+        let number = values.number_key(&key).map_err(|bad| table.error_at("key", bad.problem, bad.remedy))?;
         let none = |what: &str| {
             let remedy = "write `albedo`, `diffuse` or `specular` of a model that has it, or the `tint` of a measured BRDF";
             table.error_at("key", format!("\"{key}\" is no colour that light is proportional to: {what}"), remedy)
         };
-        let (surface, colour) = match place {
-            NumberPlace::Brdf { surface, key } => {
+        let (surface, colour) = match number {
+            NumberKey::Brdf { surface, key } => {
                 let brdf = &values.surfaces[surface].brdf;
                 match (key, brdf) {
                     ("albedo", Brdf::Lambert { .. }) => (surface, SlotColour::Diffuse),
@@ -383,9 +384,9 @@ impl Colour {
                     _ => return Err(none("its model has no such colour")),
                 }
             }
-            NumberPlace::Tint { surface } if matches!(values.surfaces[surface].brdf, Brdf::Measured(_)) => (surface, SlotColour::Tint),
-            NumberPlace::Tint { .. } => return Err(none("the colours of this model say the same")),
-            NumberPlace::Geometry(_) => return Err(none("it is a number of the geometry")),
+            NumberKey::Tint { surface } if matches!(values.surfaces[surface].brdf, Brdf::Measured(_)) => (surface, SlotColour::Tint),
+            NumberKey::Tint { .. } => return Err(none("the colours of this model say the same")),
+            NumberKey::Geometry(_) => return Err(none("it is a number of the geometry")),
         };
         let grey = table.bool("grey")?.unwrap_or(colour == SlotColour::Specular);
         let bounds = table.array::<2>("bounds", range(0.0, 1.0))?.unwrap_or([0.0, 1.0]);
@@ -393,6 +394,6 @@ impl Colour {
             return Err(table.error_at("bounds", "the lower bound lies above the upper", "swap them"));
         }
         table.finish()?;
-        Ok(Self { key, place, slot: Slot { surface, colour }, grey, bounds })
+        Ok(Self { key, number, slot: Slot { surface, colour }, grey, bounds })
     }
 }

@@ -6,7 +6,7 @@ use biscale::error::{BadInput, Result};
 use biscale::formats::capture::{self, Capture};
 use biscale::geometry::params::{Param, Unit, Value};
 use biscale::geometry::{self, Geometry};
-use biscale::material::{MaterialValues, NumberPlace, Surface};
+use biscale::material::{MaterialValues, NumberKey, Surface};
 use biscale::toml_reader::{Range, Source};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -53,7 +53,7 @@ pub fn for_capture(folder: &Path, relative: &str) -> Result<String> {
             let _ = writeln!(text, "rest = {{ key = \"geometry.{other}\", sum = {sum} }}");
         }
     }
-    push_roughness(&mut text, &material.surfaces, |key| Ok(written.number(values.place(key).map_err(|b| b.in_file(&source.path))?)))?;
+    push_roughness(&mut text, &material.surfaces, |key| Ok(written.number(values.number_key(key).map_err(|b| b.in_file(&source.path))?)))?;
     push_colours(&mut text, &material.surfaces);
     Ok(text)
 }
@@ -122,7 +122,7 @@ fn moves(geometry: &Geometry, written: &mut MaterialText) -> Vec<Move> {
     let name = geometry.kind();
     let params = geometry::describe(name).map_or(&[][..], |d| d.params);
     let declared = |key: &str| params.iter().find(|p: &&Param| p.key == key).map(|p| p.value);
-    let mut number = |key: &'static str| written.number(NumberPlace::Geometry(key));
+    let mut number = |key: &'static str| written.number(NumberKey::Geometry(key));
     let mut found: Vec<Move> = Vec::new();
     if name == "weave" {
         // Width and gap add up to the distance of the threads, which the close-up tells.

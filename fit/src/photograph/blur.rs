@@ -134,8 +134,8 @@ mod tests {
         let top = TableReader::new(&source, "", root.get_ref(), 0);
         let table = |key| top.table(key).unwrap().unwrap();
         let value = |x: usize, y: usize| -> f64 {
-            let place = x as f64 + 0.37 * y as f64;
-            let mean = |edge: f64| blurred_step_mean(place - edge, sigma);
+            let across = x as f64 + 0.37 * y as f64;
+            let mean = |edge: f64| blurred_step_mean(across - edge, sigma);
             (0..40).map(|k| f64::from(1 - 2 * (k % 2)) * mean(11.0 * f64::from(k))).sum::<f64>()
         };
         let rgb = (0..SIZE * SIZE).map(|k| [(0.2 + 0.5 * value(k % SIZE, k / SIZE) + noise * gaussian(5, k as u64)) as f32; 3]).collect();

@@ -78,7 +78,7 @@ pub struct Blur {
 /// Parts of the picture along either direction whose angles are told apart.
 pub const SPREAD: usize = 4;
 
-/// Standard deviation of a place within a pixel.
+/// Standard deviation of a point within a pixel.
 pub const BOX: f64 = 0.288_675_134_594_812_9;
 
 /// Pixels of one colour.
@@ -129,7 +129,7 @@ impl CloseUp {
         let surfaces = start.surfaces.len();
         let mut light: Vec<f64> = pixels.iter().map(|p| p.iter().sum()).collect();
         light.sort_by(f64::total_cmp);
-        let bright = light[bright_place(light.len())];
+        let bright = light[bright_index(light.len())];
         let dark = DARK * bright;
         let (clusters, labels) =
             if (2..=PARAMS.most_clusters).contains(&surfaces) { sort(&pixels, surfaces, dark) } else { (1, vec![0; pixels.len()]) };
@@ -158,7 +158,7 @@ impl CloseUp {
         [0, 1].map(|axis| blur.length * scale(axis).unwrap_or(any) / tile[axis])
     }
 
-    /// With periods as they are on the plane that the photograph's object names, where the mean period was laid at `height` of a tile whose period is `tile`: what lies under
+    /// With periods as they are on the plane that the photograph's object names, where the mean period was registered at `height` of a tile whose period is `tile`: what lies under
     /// that plane is farther from the camera, and looks smaller.
     #[must_use]
     pub fn on_its_plane(&self, height: f64, tile: [f64; 2]) -> Self {
@@ -183,30 +183,30 @@ impl CloseUp {
     }
 }
 
-/// Mean directions of the parts of the picture, each of as many pixels; of all pixels where they have no places on the tile.
+/// Mean directions of the parts of the picture, each of as many pixels; of all pixels where the object has no coordinates along tile x and y.
 fn pairs(photograph: &Photograph, used: &[&Sight]) -> Vec<Pair> {
     let mean = |of: &[([f64; 2], &Sight)]| Pair {
         wi: of.iter().map(|(_, s)| s.wi).sum::<DVec3>().normalize(),
         wo: of.iter().map(|(_, s)| s.wo).sum::<DVec3>().normalize(),
     };
-    let places = used.iter().map(|s| Some((coordinates(photograph, s.position)?, *s))).collect::<Option<Vec<_>>>();
-    let Some(mut places) = places.filter(|p| p.len() >= SPREAD * SPREAD) else {
+    let points = used.iter().map(|s| Some((coordinates(photograph, s.position)?, *s))).collect::<Option<Vec<_>>>();
+    let Some(mut points) = points.filter(|p| p.len() >= SPREAD * SPREAD) else {
         let all: Vec<([f64; 2], &Sight)> = used.iter().map(|s| ([0.0; 2], *s)).collect();
         return vec![mean(&all); SPREAD * SPREAD];
     };
     let mut pairs = Vec::new();
-    places.sort_by(|a, b| a.0[1].total_cmp(&b.0[1]));
+    points.sort_by(|a, b| a.0[1].total_cmp(&b.0[1]));
     let cut = |of: usize, k: usize| of * k / SPREAD;
     for y in 0..SPREAD {
-        let of = places.len();
-        let row = &mut places[cut(of, y)..cut(of, y + 1)];
+        let of = points.len();
+        let row = &mut points[cut(of, y)..cut(of, y + 1)];
         row.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
         pairs.extend((0..SPREAD).map(|x| mean(&row[cut(row.len(), x)..cut(row.len(), x + 1)])));
     }
     pairs
 }
 
-/// Step of the places between two colours at which pixels are counted.
+/// Step along the line between two colours at which pixels are counted.
 const TWENTIETH: f64 = 0.05;
 
 fn chromaticity(p: [f64; 3]) -> [f64; 3] {
@@ -256,10 +256,10 @@ fn sort(pixels: &[[f64; 3]], clusters: usize, dark: f64) -> (usize, Vec<usize>) 
 fn has_valley(a: &[[f64; 3]], b: &[[f64; 3]], from: [f64; 3], to: [f64; 3]) -> bool {
     let length = distance(from, to).powi(2);
     let along = |p: &[f64; 3]| (0..3).map(|c| (p[c] - from[c]) * (to[c] - from[c])).sum::<f64>() / length;
-    let mut places: Vec<f64> = a.iter().chain(b).map(along).collect();
-    places.sort_by(f64::total_cmp);
+    let mut along_line: Vec<f64> = a.iter().chain(b).map(along).collect();
+    along_line.sort_by(f64::total_cmp);
     let within = |middle: f64| {
-        let below = |t: f64| places.partition_point(|&p| p < t);
+        let below = |t: f64| along_line.partition_point(|&p| p < t);
         below(middle + 0.5 * PARAMS.valley_window) - below(middle - 0.5 * PARAMS.valley_window)
     };
     let steps = |from: i32, to: i32| (from..=to).map(|k| within(f64::from(k) * TWENTIETH));
@@ -312,8 +312,8 @@ pub fn sort_from(pixels: &[[f64; 3]], labels: &[usize], clusters: usize, dark: f
     Some(chroma.iter().map(|&p| nearest(p, &centres)).collect())
 }
 
-/// Place of the 90th percentile in a sorted list: what is dark is so against that.
-pub fn bright_place(count: usize) -> usize {
+/// Index of the 90th percentile in a sorted list: what is dark is so against that.
+pub fn bright_index(count: usize) -> usize {
     truncate_usize((PARAMS.bright_rank * (count - 1) as f64).round())
 }
 

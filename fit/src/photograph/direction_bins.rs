@@ -63,14 +63,14 @@ pub struct DirectionBins {
     pub unlit: Option<[f64; 3]>,
     /// Pixels that are used.
     pub pixels: usize,
-    /// The pixels of each bin, by their place in the picture.
+    /// The pixels of each bin, by their index in the picture.
     pub members: Vec<Vec<u32>>,
 }
 
 /// A pixel of the object.
 #[derive(Clone, Copy, Debug)]
 pub struct Sight {
-    /// Place in the picture.
+    /// Its index in the picture, rows of x.
     pub pixel: u32,
     /// In the world.
     pub position: DVec3,
@@ -100,7 +100,7 @@ pub fn turned(light: &Light, turn_deg: [f64; 2], centre: DVec3) -> Light {
     }
 }
 
-/// Direction to the light and irradiance at a place.
+/// Direction to the light and irradiance at a point.
 fn light_at(light: &Light, position: DVec3) -> (DVec3, f64, [f64; 3]) {
     match *light {
         Light::Directional { to_light, irradiance } => (to_light, f64::INFINITY, irradiance),
@@ -132,7 +132,7 @@ pub fn scene_of(photograph: &Photograph, material: &Material, small: &SmallScale
     }
 }
 
-/// What a ray through a place of the picture meets first.
+/// What a ray through a point of the picture meets first.
 pub fn look(world: &World<'_>, photograph: &Photograph, x: f64, y: f64) -> Option<SurfacePoint> {
     world.first(photograph.camera.origin, photograph.camera.direction(x, y), 0.0).filter(|p| p.front)
 }
@@ -150,21 +150,21 @@ pub fn sights(world: &World<'_>, photograph: &Photograph) -> Vec<Sight> {
             if [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].iter().any(|(dx, dy)| look(world, photograph, fx + dx, fy + dy).is_none()) {
                 continue;
             }
-            let Some(place) = look(world, photograph, fx + 0.5, fy + 0.5) else { continue };
-            let to_tile = place.frame.transpose();
-            let (to_light, distance, irradiance) = light_at(&photograph.light, place.position);
+            let Some(point) = look(world, photograph, fx + 0.5, fy + 0.5) else { continue };
+            let to_tile = point.frame.transpose();
+            let (to_light, distance, irradiance) = light_at(&photograph.light, point.position);
             let wi = to_tile * to_light;
             let wo = to_tile * -photograph.camera.direction(fx + 0.5, fy + 0.5);
-            let turn = nudged.map(|light| (to_tile * light_at(&light, place.position).0 - wi) / PARAMS.nudge_deg);
-            let lit = wi.z > 0.0 && world.transmittance(&place, to_light, distance) > 0.0;
-            found.push(Sight { pixel: y * width + x, position: place.position, wi, wo, turn, irradiance, lit });
+            let turn = nudged.map(|light| (to_tile * light_at(&light, point.position).0 - wi) / PARAMS.nudge_deg);
+            let lit = wi.z > 0.0 && world.transmittance(&point, to_light, distance) > 0.0;
+            found.push(Sight { pixel: y * width + x, position: point.position, wi, wo, turn, irradiance, lit });
         }
         found
     };
     (0..height).into_par_iter().flat_map_iter(row).collect()
 }
 
-/// Places of a direction on a plane, by equal areas of the hemisphere.
+/// A direction as a point of a plane, by equal areas of the hemisphere.
 fn flat(w: DVec3) -> DVec2 {
     w.truncate() * (2.0 / (1.0 + w.z.max(0.0))).sqrt()
 }

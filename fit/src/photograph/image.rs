@@ -78,7 +78,7 @@ impl Pinhole {
         Self { origin: camera.origin, axes: camera.axes, focal: [focal; 2], centre: [0.5 * w, 0.5 * h] }
     }
 
-    /// The unit direction through a place of the picture, pixels from its upper left corner.
+    /// The unit direction through a point of the picture, pixels from its upper left corner.
     pub fn direction(&self, x: f64, y: f64) -> DVec3 {
         let (across, down) = ((x - self.centre[0]) / self.focal[0], (y - self.centre[1]) / self.focal[1]);
         (self.axes * DVec3::new(across, -down, 1.0)).normalize()

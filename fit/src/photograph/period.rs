@@ -1,6 +1,6 @@
 //! The period of a surface in a close-up photograph.
 //!
-//! The photograph is seen straight on first: every place of a regular grid on the surface is looked up in the picture. Then the picture is compared
+//! The photograph is seen straight on first: every point of a regular grid on the surface is looked up in the picture. Then the picture is compared
 //! with itself, shifted along x or y: where the two agree again, the shift is a period, or several.
 
 use crate::photograph::image::Photograph;
@@ -43,8 +43,8 @@ fn front(c: &Cylinder, photograph: &Photograph) -> DVec3 {
     (to - to.dot(c.axis) * c.axis).try_normalize().unwrap_or_else(|| any_across(c.axis))
 }
 
-/// A place on a plane or cylinder from its coordinates along tile x and y.
-fn place(photograph: &Photograph, [x, y]: [f64; 2]) -> Option<DVec3> {
+/// A point on a plane or cylinder from its coordinates along tile x and y.
+fn point_at(photograph: &Photograph, [x, y]: [f64; 2]) -> Option<DVec3> {
     let (sin, cos) = photograph.object.turn.sin_cos();
     // The tile's axes are turned counter-clockwise against the shape's.
     let (x, y) = (cos * x - sin * y, sin * x + cos * y);
@@ -60,7 +60,7 @@ fn place(photograph: &Photograph, [x, y]: [f64; 2]) -> Option<DVec3> {
     }
 }
 
-/// Coordinates along tile x and y of a place on a plane or cylinder.
+/// Coordinates along tile x and y of a point on a plane or cylinder.
 pub fn coordinates(photograph: &Photograph, p: DVec3) -> Option<[f64; 2]> {
     let [x, y] = match &photograph.object.shape {
         Shape::Plane(plane) => {
@@ -79,14 +79,14 @@ pub fn coordinates(photograph: &Photograph, p: DVec3) -> Option<[f64; 2]> {
 }
 
 impl Straight {
-    /// The surface of a photograph whose pixels show the places `seen`; `None` for spheres and meshes, which have no straight view.
+    /// The surface of a photograph whose pixels show the points `seen`; `None` for spheres and meshes, which have no straight view.
     pub fn new(photograph: &Photograph, seen: &[(u32, DVec3)]) -> Option<Self> {
-        let places = seen.iter().map(|(_, p)| coordinates(photograph, *p)).collect::<Option<Vec<_>>>()?;
-        if places.len() < 64 {
+        let points = seen.iter().map(|(_, p)| coordinates(photograph, *p)).collect::<Option<Vec<_>>>()?;
+        if points.len() < 64 {
             return None;
         }
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for p in &places {
+        for p in &points {
             for k in 0..2 {
                 low[k] = low[k].min(p[k]);
                 high[k] = high[k].max(p[k]);
@@ -94,13 +94,13 @@ impl Straight {
         }
         let area = (high[0] - low[0]) * (high[1] - low[1]);
         // As many pixels as the photograph has there, unless it has very many.
-        let footprint = (area / places.len() as f64).sqrt();
+        let footprint = (area / points.len() as f64).sqrt();
         let pixel = footprint.max((high[0] - low[0]).max(high[1] - low[1]) / PARAMS.straight_pixels as f64);
         let count = |k: usize| truncate_usize(((high[k] - low[k]) / pixel).floor()).clamp(1, PARAMS.straight_pixels);
         let (width, height) = (count(0), count(1));
         let at = |index: usize| {
             let (column, row) = (index % width, index / width);
-            let p = place(photograph, [low[0] + (column as f64 + 0.5) * pixel, low[1] + (row as f64 + 0.5) * pixel]);
+            let p = point_at(photograph, [low[0] + (column as f64 + 0.5) * pixel, low[1] + (row as f64 + 0.5) * pixel]);
             p.map_or([f32::NAN; 3], |p| lookup(photograph, p))
         };
         Some(Self { width, height, pixel, footprint, rgb: (0..width * height).into_par_iter().map(at).collect() })
@@ -171,7 +171,7 @@ impl Straight {
     }
 }
 
-/// The radiance with which a photograph shows a place, between its pixels.
+/// The radiance with which a photograph shows a point, between its pixels.
 fn lookup(photograph: &Photograph, p: DVec3) -> [f32; 3] {
     let camera = &photograph.camera;
     let local = camera.axes.transpose() * (p - camera.origin);

@@ -69,7 +69,7 @@ pub(crate) mod tests {
     use super::*;
     use crate::residuals::unknowns::slots;
     use biscale::filter::SlotColour;
-    use biscale::material::{MaterialValues, NumberPlace};
+    use biscale::material::{MaterialValues, NumberKey};
     use biscale::toml_reader::Source;
 
     /// V grooves: the left side's albedo is given, the right side's is solved for by channel.
@@ -90,7 +90,7 @@ pub(crate) mod tests {
             let slots = slots(&small.surfaces);
             let colour = Colour {
                 key: "surface.right.brdf.albedo".to_owned(),
-                place: NumberPlace::Brdf { surface: 1, key: "albedo" },
+                number: NumberKey::Brdf { surface: 1, key: "albedo" },
                 slot: Slot { surface: 1, colour: SlotColour::Diffuse },
                 grey: false,
                 bounds: [0.0, 1.0],

@@ -57,13 +57,13 @@ mod tests {
     use super::*;
     use crate::residuals::colour_basis::tests::Grooves;
     use crate::residuals::unknowns::Unknown;
-    use biscale::material::NumberPlace;
+    use biscale::material::NumberKey;
 
     #[test]
     fn priors_are_residuals_in_standard_deviations_and_stray_light_is_a_row() {
         let parameter = |prior| Parameter {
             key: "geometry.depth".into(),
-            place: NumberPlace::Geometry("depth"),
+            number: NumberKey::Geometry("depth"),
             start: 0.5,
             bounds: [0.0, 1.0],
             log: false,

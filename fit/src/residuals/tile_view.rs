@@ -135,7 +135,7 @@ impl TileView {
         let brightness: Vec<f64> = pixels.iter().map(|p| p.iter().sum()).collect();
         let mut order: Vec<usize> = (0..count).collect();
         order.sort_by(|&a, &b| brightness[a].total_cmp(&brightness[b]).then(a.cmp(&b)));
-        let dark = DARK * brightness[order[close_up::bright_place(count)]];
+        let dark = DARK * brightness[order[close_up::bright_index(count)]];
         let clusters = choice.map_or(1, <[usize]>::len);
         let mut labels = vec![0; count];
         if let Some(choice) = choice {

@@ -59,7 +59,7 @@ impl Fitted<'_> {
         relative_rms: f64,
         control: &Control<'_>,
     ) -> Result<Compared> {
-        let mut picture = picture::render(&photograph, (self.material, self.small), self.opaque, light.stray_light, control)?;
+        let mut picture = picture::render(&photograph, self.material, self.small, self.opaque, light.stray_light, control)?;
         if let Some(extra) = light.interreflection {
             for ((members, bin), extra) in bins.members.iter().zip(&bins.bins).zip(extra) {
                 for &pixel in members {

@@ -77,20 +77,20 @@ pub(super) fn finish(
         watch.lap("profiles");
     }
     let mut notes = prepared.notes.clone();
-    let (text, close_up) = fitted_text(prepared, (&model, &evaluated), &best.point, &mut notes)?;
+    let (text, close_up) = fitted_text(prepared, &model, &evaluated, &best.point, &mut notes)?;
     let material = text.material()?;
     let small = material.build()?;
     report("pictures", 0.5);
     let training = evaluated.relative_rms(&prepared.fine);
     let fitted = Fitted { material: &material, small: &small, opaque: prepared.opaque };
-    let compared = compare_distant(prepared, &fitted, (&model, &evaluated), best, control)?;
+    let compared = compare_distant(prepared, &fitted, &model, &evaluated, best, control)?;
     let offset = stray_light(&model.unknowns, &evaluated.linear, 0);
     let question = Validating { fitted, compared: &compared, training, stray_light: offset, seed: options.seed };
     let validations = validate_all(prepared, &question, &mut notes, control)?;
     watch.lap("pictures");
     let several = several(prepared, options, &starts[..refined], &variants, control)?;
     if !several.is_empty() {
-        notes.push(format!("several solutions: {} other places fit as well as the best one", several.len()));
+        notes.push(format!("several solutions: {} other minima fit as well as the best one", several.len()));
     }
     notes.extend(identified.known.iter().filter_map(note_of));
     let failures = failures(training, &validations, &starts[0]);
@@ -134,7 +134,8 @@ fn no_surface(prepared: &Prepared<'_>) -> Error {
 /// The text of the fitted material, and the close-up with its periods where they lie.
 fn fitted_text(
     prepared: &Prepared<'_>,
-    (model, evaluated): (&Model<'_>, &Evaluated),
+    model: &Model<'_>,
+    evaluated: &Evaluated,
     point: &[f64],
     notes: &mut Vec<String>,
 ) -> Result<(MaterialText, Option<CloseUp>)> {
@@ -156,7 +157,8 @@ fn fitted_text(
 fn compare_distant(
     prepared: &Prepared<'_>,
     fitted: &Fitted<'_>,
-    (model, evaluated): (&Model<'_>, &Evaluated),
+    model: &Model<'_>,
+    evaluated: &Evaluated,
     best: &Start,
     control: &Control<'_>,
 ) -> Result<Vec<Compared>> {

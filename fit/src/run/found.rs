@@ -19,7 +19,7 @@ pub(super) fn found(spec: &Spec, variant: &Variant, state: &State, unknowns: &[U
                 _ => {}
             }
         }
-        all.push(Assignment::Colour(colour.place, found));
+        all.push(Assignment::Colour(colour.number, found));
     }
     all
 }

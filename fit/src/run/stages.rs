@@ -265,7 +265,7 @@ impl Search<'_> {
     }
 }
 
-/// The starts that are refined, the best one first, and the rest. The coarse model tells the sides of threads badly: the best start of each number of them
+/// The starts that are refined, the best one first, and the rest: of starts that ended in the same minimum the best one. The coarse model tells the sides of threads badly: the best start of each number of them
 /// comes before all others.
 fn choose(starts: Vec<Start>, variants: &[Variant], most: usize) -> (Vec<Start>, Vec<Start>) {
     let mut chosen: Vec<Start> = Vec::new();

@@ -23,7 +23,8 @@ pub struct RenderedPhotograph {
 /// Those of the filter.
 pub fn render(
     photograph: &Photograph,
-    (material, small): (&Material, &SmallScale),
+    material: &Material,
+    small: &SmallScale,
     opaque: bool,
     stray_light: [f64; 3],
     control: &Control<'_>,

@@ -27,9 +27,11 @@ pub(super) struct ClusteredTracer<'a> {
 /// repeats what was chosen for the tolerance of its day.
 pub(super) fn clustered<'a>(
     small: &'a SmallScale,
-    (pairs, query): (&[Pair], &Query),
+    pairs: &[Pair],
+    query: &Query,
     plan: Option<DirectPlan>,
-    (tolerance, seed): (f64, u32),
+    tolerance: f64,
+    seed: u32,
     control: &Control<'a>,
 ) -> Result<ClusteredTracer<'a>> {
     let long = query.pairs.len() > PARAMS.long_list;

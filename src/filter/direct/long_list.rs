@@ -36,9 +36,9 @@ pub(super) fn whole(run: &mut DirectRun<'_, '_>, pairs: &[Pair], query: Query, p
         run.seconds[2] += visibility;
         let hidden = prepared.undersampled(&run.tracer.surface);
         let undersampled = hidden.len();
-        let searching = run.searches(undersampled, samples, pairs.len());
+        let must_see_more = run.wants_more_to_see(undersampled, samples, pairs.len());
         let last = quality.plan.is_some() || 2 * samples > most;
-        if searching && !last && quality.budget.is_none() {
+        if must_see_more && !last && quality.budget.is_none() {
             // What does not see enough need not be summed.
             samples = enough_to_see(run, &hidden, 2 * samples, most, pairs.len())?;
             query = Some(prepared.into_query());
@@ -47,7 +47,7 @@ pub(super) fn whole(run: &mut DirectRun<'_, '_>, pairs: &[Pair], query: Query, p
         let summing = spent();
         let (values, relative_rms) = prepared.evaluate(&run.small.surfaces, &control)?;
         run.seconds[3] += spent() - summing;
-        let met = keeps(relative_rms, quality.tolerance) && !searching;
+        let met = keeps(relative_rms, quality.tolerance) && !must_see_more;
         let affordable = quality.budget.is_none_or(|b| spent() + 2.0 * (spent() - round_began) <= PARAMS.planned * b);
         if met || !affordable || last {
             return Ok(Outcome {
@@ -77,9 +77,9 @@ fn seconds_a_sample(run: &DirectRun<'_, '_>, query: &Query) -> f64 {
     (facets + visibility * directions + sums * longer) / f64::from(tried)
 }
 
-/// `samples`, or so many times two as these few `directions` need for [`DirectRun::searches`] to end, up to `most`.
+/// `samples`, or so many times two as these few `directions` need for [`DirectRun::wants_more_to_see`] to end, up to `most`.
 fn enough_to_see(run: &mut DirectRun<'_, '_>, directions: &[DVec3], mut samples: u32, most: u32, pairs: usize) -> Result<u32> {
-    while 2 * samples <= most && run.searches(directions.len(), samples, pairs) {
+    while 2 * samples <= most && run.wants_more_to_see(directions.len(), samples, pairs) {
         let mut areas = vec![[0.0; REPLICATES]; directions.len()];
         let parts = samples.div_ceil(BATCH);
         for part in 0..parts {

@@ -2,7 +2,7 @@
 
 use super::clustering::{ClusteredTracer, clustered};
 use super::params::PARAMS;
-use super::rounds::{Asked, adapt, find, repeat, weigh_as};
+use super::rounds::{Asked, repeat_rounds, round_by_round, samples_by_part, weight_by_pilot};
 use super::run::{DirectRun, Outcome, StartHint};
 use super::{long_list, part};
 use crate::direction::Pair;
@@ -74,19 +74,19 @@ fn traced<'a>(
     // A short budget is better spent on the list itself. A plan says where its pilot run was.
     let in_part = long || plan.map_or(quality.budget.is_none() && part::worth_a_part(&query), |plan| plan.by_part);
     let part = if in_part { part::to_try(pairs, &query) } else { Vec::new() };
-    let tried = if in_part { (&part[..], Query::new(&part, symmetric)) } else { (pairs, query.clone()) };
+    let (tried, tried_query) = if in_part { (&part[..], Query::new(&part, symmetric)) } else { (pairs, query.clone()) };
     let ClusteredTracer { tracer, narrowed, bias } =
-        clustered(small, (pairs, &query), plan, (quality.tolerance, seed::fold(quality.seed)), control)?;
-    let mut run = DirectRun::new(small, tracer, tried, control, start);
+        clustered(small, pairs, &query, plan, quality.tolerance, seed::fold(quality.seed), control)?;
+    let mut run = DirectRun::new(small, tracer, tried, tried_query, control, start);
     run.seconds[0] = spent();
 
     let asked = Asked { quality, spent: &spent };
     let found = match plan {
         Some(plan) => {
-            weigh_as(&mut run, plan)?;
+            weight_by_pilot(&mut run, plan)?;
             Some(plan)
         }
-        None => in_part.then(|| find(&mut run, asked, pairs.len(), long)).transpose()?,
+        None => in_part.then(|| samples_by_part(&mut run, asked, pairs.len(), long)).transpose()?,
     };
     let mut outcome = match (plan, found) {
         (_, Some(found)) if long => long_list::whole(&mut run, pairs, query, found, asked)?,
@@ -95,8 +95,8 @@ fn traced<'a>(
                 run.set_list(pairs, query);
             }
             match plan {
-                Some(plan) => repeat(&mut run, plan)?,
-                None => adapt(&mut run, asked, 1.0, found)?,
+                Some(plan) => repeat_rounds(&mut run, plan)?,
+                None => round_by_round(&mut run, asked, 1.0, found)?,
             }
         }
     };

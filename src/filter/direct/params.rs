@@ -14,10 +14,10 @@ pub(super) struct DirectParams {
     pub pilot_samples: u32,
     /// Samples go where the pilot run finds them worth most if that makes the variance so many times smaller: else it costs a round for nothing, as on
     /// a height field that is seen from everywhere. Chosen, not measured.
-    pub worth_weighting: f64,
+    pub least_gain: f64,
     /// Weighted samples are worth about so many others: from two to four, so a weighted block is begun with a quarter of the samples.
     /// Chosen, not measured.
-    pub worth_of_weighted: u32,
+    pub samples_per_weighted: u32,
     /// Stretches of the surface that the pilot run tells apart: eight of its samples each.
     pub stretches: usize,
 
@@ -74,8 +74,8 @@ pub(super) const PARAMS: DirectParams = DirectParams {
     min_budget_samples: 256,
     most_first: 1 << 14,
     pilot_samples: 8192,
-    worth_weighting: 1.5,
-    worth_of_weighted: 4,
+    least_gain: 1.5,
+    samples_per_weighted: 4,
     stretches: 1024,
     long_list: 1 << 15,
     wide_clusters: 1 << 18,

@@ -19,13 +19,13 @@ pub(super) struct Asked<'q> {
 }
 
 /// Finds, on the part of a list that `run` is of, the samples with which to begin on the whole list of so many `pairs`, which may be `long`.
-pub(super) fn find(run: &mut DirectRun<'_, '_>, asked: Asked<'_>, pairs: usize, long: bool) -> Result<DirectPlan> {
+pub(super) fn samples_by_part(run: &mut DirectRun<'_, '_>, asked: Asked<'_>, pairs: usize, long: bool) -> Result<DirectPlan> {
     let first = run.first();
     if !long && run.start.enough <= first {
         return Ok(DirectPlan::samples_by_area(first));
     }
     // The budget must leave time for the whole.
-    let tried = adapt(run, asked, PARAMS.part_budget, None)?;
+    let tried = round_by_round(run, asked, PARAMS.part_budget, None)?;
     let samples = match asked.quality.budget {
         // Rounds double, so the last one overshoots: the number between them is predicted from the measured error. A short list needs no margin, since
         // one more doubling keeps the samples it has; a long list starts each round anew, and gets one. Where the part is under-sampled the
@@ -33,7 +33,7 @@ pub(super) fn find(run: &mut DirectRun<'_, '_>, asked: Asked<'_>, pairs: usize, 
         None => {
             let margin = if long { MARGIN } else { 1.0 };
             let target = required(tried.plan.samples(), SAFETY * tried.relative_rms / asked.quality.tolerance, margin).max(first);
-            if run.searches(1, target, pairs) { target.max(tried.seen_from) } else { target }
+            if run.wants_more_to_see(1, target, pairs) { target.max(tried.seen_from) } else { target }
         }
         Some(_) => tried.plan.samples(),
     };
@@ -42,7 +42,7 @@ pub(super) fn find(run: &mut DirectRun<'_, '_>, asked: Asked<'_>, pairs: usize, 
 
 /// Finds the samples that a tolerance needs, or a budget allows; `share` of the budget is for this. Begins with what a part of the list
 /// `found`, and keeps its density.
-pub(super) fn adapt(run: &mut DirectRun<'_, '_>, asked: Asked<'_>, share: f64, found: Option<DirectPlan>) -> Result<Outcome> {
+pub(super) fn round_by_round(run: &mut DirectRun<'_, '_>, asked: Asked<'_>, share: f64, found: Option<DirectPlan>) -> Result<Outcome> {
     let Asked { quality, spent } = asked;
     let budget = quality.budget.map(|b| b * PARAMS.planned * share);
     let mut plan = match found {
@@ -59,20 +59,20 @@ pub(super) fn adapt(run: &mut DirectRun<'_, '_>, asked: Asked<'_>, share: f64, f
         let target = needed(total.samples, SAFETY * relative_rms / quality.tolerance);
         run.target = target;
         let undersampled = run.undersampled(&total);
-        let searching = run.searches(undersampled, total.samples, run.query.pairs.len());
-        seen_from = if searching { 2 * total.samples } else { seen_from.min(total.samples) };
-        let met = keeps(relative_rms, quality.tolerance) && !searching;
+        let must_see_more = run.wants_more_to_see(undersampled, total.samples, run.query.pairs.len());
+        seen_from = if must_see_more { 2 * total.samples } else { seen_from.min(total.samples) };
+        let met = keeps(relative_rms, quality.tolerance) && !must_see_more;
         if met || total.samples == MAX_SAMPLES || !affordable(total.samples) {
             return Ok(Outcome { values, relative_rms, plan, undersampled, seen_from });
         }
         block_began = spent();
         let round = Round { plan, found: found.is_some(), samples: total.samples, target };
         let importance = round.importance(run, batch.as_ref(), &values);
-        let weigh = importance.is_some();
-        match affordable_block(round.new_block(run, weigh), if weigh { total.samples } else { 2 * total.samples }, affordable) {
+        let weighted = importance.is_some();
+        match affordable_block(round.new_block(run, weighted), if weighted { total.samples } else { 2 * total.samples }, affordable) {
             Some(samples) => {
                 if let Some(importance) = importance {
-                    run.weigh(&importance);
+                    run.weight_samples(&importance);
                     plan.weighted = true;
                 }
                 (total, batch) = run.block(0, samples)?;
@@ -119,16 +119,16 @@ impl Round {
         let is_pilot = self.is_unweighted() && self.samples == run.pilot() && self.plan.doublings == 0;
         (self.pays(run) && is_pilot)
             .then(|| run.importance(batch.expect("a pilot run fits one batch"), values))
-            .filter(|importance| importance::gain(importance) >= PARAMS.worth_weighting)
+            .filter(|importance| importance::gain(importance) >= PARAMS.least_gain)
     }
 
     /// Samples of a block that begins anew, if that is better than to double those that there are.
-    fn new_block(&self, run: &DirectRun<'_, '_>, weigh: bool) -> Option<u32> {
+    fn new_block(&self, run: &DirectRun<'_, '_>, weighted: bool) -> Option<u32> {
         let pilot = run.pilot();
         if !self.pays(run) {
             None
-        } else if weigh {
-            Some((self.target / PARAMS.worth_of_weighted).max(pilot))
+        } else if weighted {
+            Some((self.target / PARAMS.samples_per_weighted).max(pilot))
         } else if self.is_unweighted() && self.samples < pilot && self.target >= 4 * pilot {
             Some(pilot)
         } else {
@@ -143,19 +143,19 @@ impl Round {
     }
 }
 
-/// Puts samples where the pilot run of a plan says.
-pub(super) fn weigh_as(run: &mut DirectRun<'_, '_>, plan: DirectPlan) -> Result<()> {
+/// Puts samples where the pilot run of a plan says they are worth most, if the plan had one.
+pub(super) fn weight_by_pilot(run: &mut DirectRun<'_, '_>, plan: DirectPlan) -> Result<()> {
     if plan.weighted {
         let (total, batch) = run.block(0, run.pilot())?;
         let (values, _) = run.values(&total);
         let importance = run.importance(&batch.expect("a pilot run fits one batch"), &values);
-        run.weigh(&importance);
+        run.weight_samples(&importance);
     }
     Ok(())
 }
 
-/// Sums the samples of a plan.
-pub(super) fn repeat(run: &mut DirectRun<'_, '_>, plan: DirectPlan) -> Result<Outcome> {
+/// Sums the samples of a plan, in the blocks in which they were found: the same bits.
+pub(super) fn repeat_rounds(run: &mut DirectRun<'_, '_>, plan: DirectPlan) -> Result<Outcome> {
     let (mut total, _) = run.block(0, plan.start)?;
     for _ in 0..plan.doublings {
         total = total.merge(&run.block(total.samples, total.samples)?.0);

@@ -76,7 +76,8 @@ impl<'a, 'p> DirectRun<'a, 'p> {
     pub fn new(
         small: &'a SmallScale,
         tracer: Tracer<'a>,
-        (pairs, query): (&'p [Pair], Query),
+        pairs: &'p [Pair],
+        query: Query,
         control: &Control<'a>,
         start: StartHint,
     ) -> Self {
@@ -107,9 +108,9 @@ impl<'a, 'p> DirectRun<'a, 'p> {
         least.max((1 << expected.ilog2()).min(PARAMS.pilot_samples))
     }
 
-    /// Whether under-sampled directions are worth more samples. Undersampled features do not contribute to the variance estimate: the estimated error
+    /// Whether so many `undersampled` directions are worth more samples. Undersampled features do not contribute to the variance estimate: the estimated error
     /// alone must not end the rounds.
-    pub fn searches(&self, undersampled: usize, samples: u32, pairs: usize) -> bool {
+    pub fn wants_more_to_see(&self, undersampled: usize, samples: u32, pairs: usize) -> bool {
         // Clusters are counted by words.
         let sums = (samples as usize).saturating_mul(pairs) / if self.tracer.is_clustered() { ALIGNMENT } else { 1 };
         undersampled > 0 && samples < PARAMS.most_search && sums < PARAMS.most_search_sums
@@ -157,7 +158,7 @@ impl<'a, 'p> DirectRun<'a, 'p> {
     }
 
     /// Puts samples where `importance` says.
-    pub fn weigh(&mut self, importance: &[f64]) {
+    pub fn weight_samples(&mut self, importance: &[f64]) {
         self.tracer.density = self.tracer.density.weighted(importance);
     }
 

@@ -16,6 +16,14 @@ const CLEARANCE: f64 = 1.02;
 /// less than [`CLEARANCE`] adds.
 const INTERVALS: u32 = 64;
 
+/// How deep warp and weft meet.
+pub(super) struct Overlap {
+    /// Largest depth at a crossing; 0 where threads pass each other.
+    pub deepest: f64,
+    /// Height of the thinner threads.
+    pub thinner: f64,
+}
+
 impl Weave {
     /// Height of half a section over its middle, at a share of the half width.
     fn rise(share: f64) -> f64 {
@@ -56,17 +64,16 @@ impl Weave {
         (CLEARANCE * warp.max(weft)).min(MAX_DEFAULT_CRIMP * straight)
     }
 
-    /// How deep threads meet at most at a crossing, and the height of the thinner ones.
-    pub(super) fn overlap(&self) -> (f64, f64) {
+    /// How deep threads meet at most at a crossing.
+    pub(super) fn overlap(&self) -> Overlap {
         let (warp_height, weft_height) = self.heights();
         let (warp_crowding, weft_crowding) = (Self::crowding(&self.warp, self.period.x), Self::crowding(&self.weft, self.period.y));
         let bend = |crowding: f64, t: f64| libm::cos(0.5 * PI * (crowding * t).min(1.0));
         let grid = || (0..=INTERVALS).map(|k| f64::from(k) / f64::from(INTERVALS));
-        let depth = |(x, y): (f64, f64)| {
-            let apart = self.crimp * (self.crimp_share * bend(weft_crowding, y) + (1.0 - self.crimp_share) * bend(warp_crowding, x));
-            0.5 * (warp_height * Self::rise(x) + weft_height * Self::rise(y)) - apart
-        };
-        let deepest = grid().flat_map(|x| grid().map(move |y| (x, y))).map(depth).fold(0.0, f64::max);
-        (deepest, warp_height.min(weft_height))
+        // At (x, y) half widths from the middle of a crossing the depth is a term of x and one of y: each has its largest value by itself.
+        let along_x = |x: f64| 0.5 * warp_height * Self::rise(x) - self.crimp * (1.0 - self.crimp_share) * bend(warp_crowding, x);
+        let along_y = |y: f64| 0.5 * weft_height * Self::rise(y) - self.crimp * self.crimp_share * bend(weft_crowding, y);
+        let deepest = grid().map(along_x).fold(f64::NEG_INFINITY, f64::max) + grid().map(along_y).fold(f64::NEG_INFINITY, f64::max);
+        Overlap { deepest: deepest.max(0.0), thinner: warp_height.min(weft_height) }
     }
 }

@@ -3,6 +3,7 @@
 use super::super::params::{Param, Unit, Value, choice, derived, number, scaled, whole};
 use super::super::values::GeometryValues;
 use super::cloth::{Thread, Weave};
+use super::crimp::Overlap;
 use super::draft::{Draft, gcd};
 use super::wif::{self, Wif};
 use crate::error::Result;
@@ -107,9 +108,9 @@ impl Weave {
     /// The cloth with this crimp, or with the least that keeps its threads apart.
     fn with_crimp(mut self, crimp: Option<f64>) -> Self {
         self.crimp = crimp.unwrap_or_else(|| self.least_crimp());
-        let (overlap, smallest) = self.overlap();
-        if overlap > QUIET_OVERLAP * smallest {
-            self.notes.push(format!("warp and weft meet where they cross: up to {overlap:.3e} of {smallest:.3e} high threads"));
+        let Overlap { deepest, thinner } = self.overlap();
+        if deepest > QUIET_OVERLAP * thinner {
+            self.notes.push(format!("warp and weft meet where they cross: up to {deepest:.3e} of {thinner:.3e} high threads"));
         }
         self
     }

@@ -11,7 +11,7 @@ use crate::common::interrupt;
 use crate::common::options::{CommonArgs, QualityArgs};
 use crate::common::output::{self, Description};
 use biscale::error::{Error, Result};
-use biscale::filter::{LowRankVariant, Method, Quality};
+use biscale::filter::{LowRankVariant, MethodToRun, Quality};
 use biscale::material::Material;
 use biscale::render::Scene;
 use biscale::toml_reader::Source;
@@ -134,13 +134,13 @@ impl Serialize for Outcome {
 /// How effective values would be computed, in one line.
 fn would_run(quality: &Quality) -> Result<String> {
     let method = match quality.method_to_run()? {
-        Method::Auto | Method::Direct => "direct",
-        Method::LowRank => match quality.variant {
+        MethodToRun::PredictedDirect | MethodToRun::Direct => "direct",
+        MethodToRun::LowRank => match quality.variant {
             LowRankVariant::Paper => "lowrank",
             LowRankVariant::Improved => "lowrank improved",
         },
-        Method::SphericalGaussian => "sg (not built yet)",
-        Method::Reference => "reference",
+        MethodToRun::SphericalGaussian => "sg (not built yet)",
+        MethodToRun::Reference => "reference",
     };
     let bounces = match quality.bounces {
         0 => "direct light only".to_owned(),
