@@ -9,6 +9,7 @@ use super::samples::{Facets, NO_TRIANGLE, Runs, sample};
 use super::surface::Surface;
 use crate::geometry::Tile;
 use crate::material::SmallScale;
+use crate::numerics::cast::narrow;
 use glam::{DVec2, DVec3};
 
 /// Samples of one surface, by triangle and place in it.
@@ -65,14 +66,11 @@ impl CommonSamples {
             let t = facets.triangle[f] as usize;
             let corners = surface.corners(t);
             facets.position[f] = corners[0] * bary[0] + corners[1] * bary[1] + corners[2] * bary[2];
-            #[expect(clippy::cast_possible_truncation, reason = "the sums are in f32")]
-            {
-                for (component, value) in facets.normal.iter_mut().zip(surface.normals[t].to_array()) {
-                    component[f] = value as f32;
-                }
-                let stretched = surface.areas[t] / now / (self.surface.areas[t] / before);
-                facets.weight[f] = (f64::from(facets.weight[f]) * stretched) as f32;
+            for (component, value) in facets.normal.iter_mut().zip(surface.normals[t].to_array()) {
+                component[f] = narrow(value);
             }
+            let stretched = surface.areas[t] / now / (self.surface.areas[t] / before);
+            facets.weight[f] = narrow(f64::from(facets.weight[f]) * stretched);
         }
         Some((surface, facets))
     }

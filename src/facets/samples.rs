@@ -3,6 +3,7 @@
 use super::density::Density;
 use super::surface::Surface;
 use crate::material::{SmallScale, Tint};
+use crate::numerics::cast::{index_u32, narrow};
 use crate::numerics::low_discrepancy::{fraction, sobol_2d};
 use glam::{DVec3, Vec3};
 use std::ops::Range;
@@ -71,9 +72,7 @@ pub fn sample(small: &SmallScale, surface: &Surface, density: &Density, runs: Ru
             let barycentric = surface.barycentric(triangle, along, fraction(second));
             let slot = &mut table[row * REPLICATES + set];
             debug_assert_eq!(slot.triangle, NO_TRIANGLE, "two samples of a set in one stratum");
-            #[expect(clippy::cast_possible_truncation, reason = "triangles are counted in u32")]
-            let triangle = triangle as u32;
-            *slot = Sample { triangle, barycentric, weight, place };
+            *slot = Sample { triangle: index_u32(triangle), barycentric, weight, place };
         }
     }
     let holds = |row: &[Sample], g: u32| row.iter().any(|f| surface.group[f.triangle as usize] == g);
@@ -110,9 +109,7 @@ pub(crate) fn at_places(small: &SmallScale, surface: &Surface, density: &Density
         .map(|&[first, second]| {
             let (triangle, along, weight, place) = density.locate(first);
             let barycentric = surface.barycentric(triangle, along, second);
-            #[expect(clippy::cast_possible_truncation, reason = "triangles are counted in u32")]
-            let triangle = triangle as u32;
-            Sample { triangle, barycentric, weight, place }
+            Sample { triangle: index_u32(triangle), barycentric, weight, place }
         })
         .collect();
     samples.sort_by(|a, b| a.place.total_cmp(&b.place));
@@ -175,14 +172,11 @@ impl Facets {
         }
         self.triangle.push(sample.map_or(NO_TRIANGLE, |s| s.triangle));
         self.position.push(position);
-        #[expect(clippy::cast_possible_truncation, reason = "the sums are in f32")]
-        {
-            for (component, value) in self.normal.iter_mut().zip(normal.to_array()) {
-                component.push(value as f32);
-            }
-            self.weight.push(weight as f32);
-            self.along.push(sample.map_or(0.0, |s| s.place) as f32);
+        for (component, value) in self.normal.iter_mut().zip(normal.to_array()) {
+            component.push(narrow(value));
         }
+        self.weight.push(narrow(weight));
+        self.along.push(narrow(sample.map_or(0.0, |s| s.place)));
         if let Some(components) = &mut self.tint {
             for (component, value) in components.iter_mut().zip(tint) {
                 component.push(value);

@@ -2,6 +2,7 @@
 
 use crate::clusters::{Cluster, clusters};
 use crate::material::SmallScale;
+use crate::numerics::cast::truncate_u32;
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
 use std::cmp::Ordering;
@@ -188,9 +189,8 @@ fn normal_bin(n: DVec3) -> u32 {
 
 /// Morton code, 10 bits a component, of a point of the unit cube.
 fn morton(p: DVec3) -> u32 {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 10 bits")]
     let spread = |x: f64| {
-        let mut v = (x * 1024.0).clamp(0.0, 1023.0) as u32;
+        let mut v = truncate_u32((x * 1024.0).clamp(0.0, 1023.0));
         v = (v | v << 16) & 0x0300_00FF;
         v = (v | v << 8) & 0x0300_F00F;
         v = (v | v << 4) & 0x030C_30C3;

@@ -25,6 +25,7 @@ use super::value::Effective;
 use crate::direction::Pair;
 use crate::error::Result;
 use crate::material::SmallScale;
+use crate::numerics::cast::truncate_u32;
 use rustc_hash::FxHashSet;
 
 /// The model of errors and costs: how many samples a surface and a tolerance will need.
@@ -109,8 +110,7 @@ impl Features {
 pub(super) fn auto(small: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
     let features = Features::of(small);
     let predicted = features.samples(quality.tolerance);
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-    let samples = |share: f64| (share * predicted).clamp(1.0, f64::from(MODEL.most)) as u32;
+    let samples = |share: f64| truncate_u32((share * predicted).clamp(1.0, f64::from(MODEL.most)));
     let start = StartHint { enough: samples(MODEL.enough), expected: samples(1.0) };
     let (mut result, undersampled) = direct_from(small, pairs, quality, control, start)?;
     if undersampled > 0 && quality.budget.is_none() && pairs.len() <= MODEL.reference_pairs {

@@ -19,6 +19,7 @@ use crate::direction::{Pair, above_horizon};
 use crate::error::{Error, Result};
 use crate::facets::{CommonSamples, Facets, NO_TRIANGLE, REPLICATES};
 use crate::material::{SmallScale, Surface, Tint};
+use crate::numerics::cast::truncate_usize;
 use glam::DVec3;
 
 /// One colour of one surface.
@@ -112,8 +113,7 @@ impl CommonRandomNumbers {
         let bits = placed.tracer.see(&placed.facets, &some)?;
         let mut importance = [0.0; STRETCHES];
         for (f, _) in placed.facets.triangle.iter().enumerate().filter(|(_, t)| **t != NO_TRIANGLE) {
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of the stretches")]
-            let stretch = ((f64::from(placed.facets.along[f]) * STRETCHES as f64) as usize).min(STRETCHES - 1);
+            let stretch = truncate_usize(f64::from(placed.facets.along[f]) * STRETCHES as f64).min(STRETCHES - 1);
             let normal = placed.facets.normal_of(f).as_dvec3();
             for (d, w) in some.iter().enumerate() {
                 if bits.row(d)[f / 64] >> (f % 64) & 1 == 1 {

@@ -10,6 +10,7 @@ use super::query::Query;
 use super::sums::{BLOCK_FACETS, normals, seen_cosine};
 use super::tracer::Batch;
 use crate::facets::{Facets, Group};
+use crate::numerics::cast::{narrow, truncate_usize};
 use crate::simd::{self, Kernel, LANES};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -75,8 +76,7 @@ pub fn importance(
     let mut count = vec![0.0_f64; stretches];
     for (f, square) in squares.into_iter().flatten().enumerate() {
         if facets.weight[f] > 0.0 {
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of the number of stretches")]
-            let stretch = ((f64::from(facets.along[f]) * stretches as f64) as usize).min(stretches - 1);
+            let stretch = truncate_usize(f64::from(facets.along[f]) * stretches as f64).min(stretches - 1);
             sum[stretch] += f64::from(square);
             count[stretch] += 1.0;
         }
@@ -110,12 +110,11 @@ impl Kernel for Residuals<'_> {
     type Output = ();
 
     #[inline(always)]
-    #[expect(clippy::cast_possible_truncation, reason = "the sums are in f32")]
     fn run(self) {
         let Self { facets, start, groups, lobes, light, viewer, known, squares } = self;
         let half = Half::new(light.0, viewer.0);
         let i_dot_h = 0.5 * (light.0 + viewer.0).length();
-        let (q, inverse_a) = (known.q as f32, (1.0 / known.a) as f32);
+        let (q, inverse_a) = (narrow(known.q), narrow(1.0 / known.a));
         for (range, group) in facets.ranges.iter().zip(groups) {
             let lobes = &lobes[usize::from(group.surface)];
             let (from, to) = (range.start.max(start), range.end.min(start + squares.len()));
@@ -128,7 +127,7 @@ impl Kernel for Residuals<'_> {
                 let normals = normals(facets, chunk);
                 let mut reflected = [0.0; LANES];
                 for lobe in lobes {
-                    let grey = (lobe.colour_at(i_dot_h).iter().sum::<f64>() / 3.0) as f32;
+                    let grey = narrow(lobe.colour_at(i_dot_h).iter().sum::<f64>() / 3.0);
                     let value = lobe.at_normals(&normals, [&cosine_i, &cosine_o], [light.0, viewer.0], &half);
                     for l in 0..LANES {
                         reflected[l] += grey * value[l];

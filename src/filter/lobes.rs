@@ -5,6 +5,7 @@
 //! pair. [`Masking`] and [`Shape`] work on [`LANES`] facets in f32; `crate::brdf::Brdf::eval` is their plain twin.
 
 use crate::brdf::{Brdf, Colour, Distribution, Measured};
+use crate::numerics::cast::narrow;
 use crate::simd::{LANES, Lanes};
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
@@ -53,7 +54,6 @@ pub enum Shape {
 }
 
 /// The lobes of a BRDF under a tint. Lobes that are black are left out: nothing is summed for them.
-#[expect(clippy::cast_possible_truncation, reason = "the sums are in f32")]
 pub fn lobes(brdf: &Brdf, tint: Colour) -> Vec<Lobe<'_>> {
     let tinted = |colour: &Colour, factor: f64| std::array::from_fn(|c| colour[c] * tint[c] * factor);
     let lobe = |colour, masking, shape| Lobe { colour, f0: None, masking, shape, table: None };
@@ -61,21 +61,21 @@ pub fn lobes(brdf: &Brdf, tint: Colour) -> Vec<Lobe<'_>> {
     let mut lobes = match brdf {
         Brdf::Lambert { albedo } => vec![diffuse(albedo)],
         Brdf::BlinnPhong { diffuse: d, specular, exponent } => {
-            vec![diffuse(d), lobe(tinted(specular, (exponent + 2.0) / (2.0 * PI)), Masking::Cosine, Shape::Power(*exponent as f32))]
+            vec![diffuse(d), lobe(tinted(specular, (exponent + 2.0) / (2.0 * PI)), Masking::Cosine, Shape::Power(narrow(*exponent)))]
         }
         Brdf::CookTorrance { diffuse: d, specular, alpha, distribution, f0 } => {
             let a2 = alpha * alpha;
             let specular = match distribution {
-                Distribution::Ggx => lobe(tinted(specular, a2 / (4.0 * PI)), Masking::Ggx(a2 as f32), Shape::Ggx(a2 as f32)),
+                Distribution::Ggx => lobe(tinted(specular, a2 / (4.0 * PI)), Masking::Ggx(narrow(a2)), Shape::Ggx(narrow(a2))),
                 Distribution::Beckmann => {
-                    lobe(tinted(specular, 1.0 / (4.0 * PI * a2)), Masking::Beckmann(*alpha as f32), Shape::Beckmann((1.0 / a2) as f32))
+                    lobe(tinted(specular, 1.0 / (4.0 * PI * a2)), Masking::Beckmann(narrow(*alpha)), Shape::Beckmann(narrow(1.0 / a2)))
                 }
             };
             vec![diffuse(d), Lobe { f0: *f0, ..specular }]
         }
         Brdf::Ward { diffuse: d, specular, alpha } => {
             let a2 = alpha * alpha;
-            vec![diffuse(d), lobe(tinted(specular, 1.0 / (4.0 * PI * a2)), Masking::Root, Shape::Ward((1.0 / a2) as f32))]
+            vec![diffuse(d), lobe(tinted(specular, 1.0 / (4.0 * PI * a2)), Masking::Root, Shape::Ward(narrow(1.0 / a2)))]
         }
         Brdf::Measured(measured) => vec![Lobe { table: Some(measured), ..lobe(tint, Masking::Cosine, Shape::Constant) }],
     };
@@ -191,11 +191,10 @@ pub struct Half {
 
 impl Half {
     /// Of two directions that are not opposite.
-    #[expect(clippy::cast_possible_truncation, reason = "the sums are in f32")]
     pub fn new(wi: DVec3, wo: DVec3) -> Self {
         let sum = wi + wo;
         let inverse = 1.0 / sum.length().max(1e-12);
-        Self { h: (sum * inverse).to_array().map(|x| x as f32), inverse_length: inverse as f32 }
+        Self { h: (sum * inverse).to_array().map(narrow), inverse_length: narrow(inverse) }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Which directions and pairs a list of pairs needs, each once.
 
 use crate::direction::{Pair, above_horizon};
+use crate::numerics::cast::halves;
 use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -45,13 +46,12 @@ fn key(i: u32, o: u32) -> u64 {
 }
 
 /// The pair of a [`key`].
-#[expect(clippy::cast_possible_truncation, reason = "both were u32")]
 fn unkey(key: u64) -> [u32; 2] {
     let low = u64::from(BLOCK_SIDE - 1);
     let high = u64::from(u32::MAX >> IN_BLOCK);
     let i = (key >> (32 + IN_BLOCK)) << IN_BLOCK | key >> IN_BLOCK & low;
     let o = (key >> (2 * IN_BLOCK) & high) << IN_BLOCK | key & low;
-    [i as u32, o as u32]
+    [halves(i)[1], halves(o)[1]]
 }
 
 impl Query {

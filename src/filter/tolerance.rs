@@ -3,6 +3,8 @@
 //! A tolerance is met when [`SAFETY`] times the estimated relative RMS error is within it; until then the error is brought down by more samples, of
 //! which [`needed`] says how many: errors fall as `samples^-RATE`.
 
+use crate::numerics::cast::truncate_u32;
+
 /// Relative RMS error of `fbar` that is asked for where a caller says nothing: the default of `--tolerance` in
 /// `docs/commands.md`. Chosen, not measured.
 pub const DEFAULT_TOLERANCE: f64 = 0.005;
@@ -28,8 +30,7 @@ pub(super) fn needed(samples: u32, factor: f64) -> u32 {
 
 /// `margin` times as many samples as make an error `factor` times smaller, or larger, rounded up to a power of two.
 pub(super) fn required(samples: u32, factor: f64, margin: f64) -> u32 {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-    let required = (margin * f64::from(samples) * factor.powf(1.0 / RATE)).clamp(1.0, f64::from(MAX_SAMPLES)) as u32;
+    let required = truncate_u32((margin * f64::from(samples) * factor.powf(1.0 / RATE)).clamp(1.0, f64::from(MAX_SAMPLES)));
     required.next_power_of_two()
 }
 

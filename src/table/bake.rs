@@ -16,6 +16,7 @@ use crate::direction::Pair;
 use crate::error::{BadInput, Error, Result};
 use crate::filter::{Control, Effective, Quality, Value, effective};
 use crate::material::SmallScale;
+use crate::numerics::cast::{narrow, truncate_usize};
 use crate::numerics::random::{Random, mix};
 use glam::DVec3;
 use std::f64::consts::TAU;
@@ -129,8 +130,7 @@ pub fn build(recipe: &BakeRecipe<'_>, lobes: Option<&GuideLobes<'_>>, values: &m
             table.about = about(recipe, &probes, &table, error)?;
             return Ok(table);
         }
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between rings and the limit")]
-        let finer = (MARGIN * rings as f64 * (interpolation / wanted).sqrt()).ceil().min(limit as f64) as usize;
+        let finer = truncate_usize((MARGIN * rings as f64 * (interpolation / wanted).sqrt()).ceil().min(limit as f64));
         rings = finer.clamp(rings + 1, limit);
     }
 }
@@ -204,14 +204,11 @@ fn fill(rings: usize, reciprocal: bool, quality: &Quality, share: Range<f64>, va
         done += pairs.len();
         for (&(i, o), value) in places.iter().zip(&result.values) {
             let index = value_index(count, reciprocal, i, o);
-            #[expect(clippy::cast_possible_truncation, reason = "stored as f32")]
             for c in 0..3 {
-                planes[c][index] = value.s[c] as f32;
-                planes[c + 3][index] = value.s_se[c] as f32;
+                planes[c][index] = narrow(value.s[c]);
+                planes[c + 3][index] = narrow(value.s_se[c]);
             }
-            #[expect(clippy::cast_possible_truncation, reason = "stored as f32")]
-            let visible = value.av as f32;
-            av[o] = visible;
+            av[o] = narrow(value.av);
         }
     }
     if planes.iter().chain([&av]).flatten().any(|v| !v.is_finite() || *v < 0.0) {
@@ -248,8 +245,7 @@ impl Probes {
         };
         let to_light: Vec<DVec3> = (0..PROBE_DIRECTIONS).map(&mut stratified).collect();
         let to_view: Vec<DVec3> = (0..PROBE_DIRECTIONS).map(&mut stratified).collect();
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a random number below 1 picks one of a thousand")]
-        let mut any = || to_view[(random() * PROBE_DIRECTIONS as f64) as usize];
+        let mut any = || to_view[truncate_usize(random() * PROBE_DIRECTIONS as f64)];
         let mut pairs: Vec<Pair> = Vec::with_capacity(PROBE_DIRECTIONS * PARTNERS + REVERSED);
         for _ in 0..PARTNERS {
             pairs.extend(to_light.iter().map(|&wi| Pair { wi, wo: any() }));

@@ -5,6 +5,7 @@ use super::effective_table::{EffectiveTable, TableOrigin, max_rings};
 use super::grid::{HemisphereGrid, node_count};
 use super::guide::{Guide, MAX_GUIDE_RINGS};
 use crate::error::{BadInput, Error, Result};
+use crate::numerics::cast::narrow;
 use crate::numerics::hash::Fnv1a;
 use exr::block::lines::LineRefMut;
 use exr::image::write::samples::{SamplesWriter, WritableSamples};
@@ -114,8 +115,7 @@ impl EffectiveTable {
             about: self.about.clone(),
         };
         let text = ascii(&serde_json::to_string_pretty(&description).map_err(std::io::Error::other)?);
-        #[expect(clippy::cast_possible_truncation, reason = "stored as f32")]
-        let xyz: [Vec<f32>; 3] = std::array::from_fn(|c| self.grid.nodes().iter().map(|n| n[c] as f32).collect());
+        let xyz: [Vec<f32>; 3] = std::array::from_fn(|c| self.grid.nodes().iter().map(|n| narrow(n[c])).collect());
         let sizes = sizes(self.grid.rings(), self.reciprocal, description.guide_rings);
         let planes: [Vec<&[f32]>; 3] = [
             self.planes.iter().map(Vec::as_slice).collect(),

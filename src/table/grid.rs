@@ -16,6 +16,7 @@
 //! where weights that sum to 1 are wrong by up to 1 % at `K = 8`. (For a constant they are too large by about `1/(8 K²)`.)
 
 use crate::direction::MIN_COSINE;
+use crate::numerics::cast::truncate_usize;
 use glam::{DMat3, DVec3};
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_3, TAU};
@@ -89,12 +90,10 @@ fn place(rings: usize, w: DVec3) -> GridPlace {
     let height = ((w.z - MIN_COSINE) / (1.0 - MIN_COSINE)).clamp(0.0, 1.0);
     let x = (1.0 - height.powf(1.0 / ELEVATION_EXPONENT)).sqrt() * rings as f64;
     let turn = w.y.atan2(w.x).rem_euclid(TAU) / FRAC_PI_3;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small and not negative: the fraction is what is dropped")]
-    let whole = |v: f64| v as usize;
-    let sextant = whole(turn).min(5);
-    let k = whole(x).min(rings - 1);
+    let sextant = truncate_usize(turn).min(5);
+    let k = truncate_usize(x).min(rings - 1);
     let along = x * (turn - sextant as f64).clamp(0.0, 1.0);
-    let j = whole(along).min(k);
+    let j = truncate_usize(along).min(k);
     GridPlace { sextant, k, j, t: (x - k as f64).min(1.0), u: (along - j as f64).min(1.0) }
 }
 

@@ -16,6 +16,7 @@
 use super::grid::{lattice_weights, node_count, nodes};
 use crate::brdf::{Brdf, Colour};
 use crate::material::{SmallScale, Tint};
+use crate::numerics::cast::{narrow, truncate_i64};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -85,8 +86,7 @@ impl<'a> GuideLobes<'a> {
         let mut rings = MIN_GUIDE_RINGS;
         loop {
             let values: Vec<Colour> = nodes(rings).par_iter().map(|&h| self.over(floor, h)).collect();
-            #[expect(clippy::cast_possible_truncation, reason = "stored as f32")]
-            let values = std::array::from_fn(|c| values.iter().map(|v| v[c].clamp(f64::from(f32::MIN_POSITIVE), 1e30) as f32).collect());
+            let values = std::array::from_fn(|c| values.iter().map(|v| narrow(v[c].clamp(f64::from(f32::MIN_POSITIVE), 1e30))).collect());
             let guide = Guide { rings, values };
             let (mut off, mut all) = (0.0, 0.0);
             for ((wi, wo), exact) in pairs.iter().zip(&exact) {
@@ -127,8 +127,7 @@ fn facets(surface: &SmallScale) -> Vec<Facet<'_>> {
         let [a, b, c] = tile.corners(triangle);
         let normal = 0.5 * (b - a).cross(c - a);
         let unit = normal.normalize_or_zero();
-        #[expect(clippy::cast_possible_truncation, reason = "at most 1e4")]
-        let key = (covered, (unit / SAME_NORMAL).to_array().map(|v| v.round() as i64));
+        let key = (covered, (unit / SAME_NORMAL).to_array().map(|v| truncate_i64(v.round())));
         let entry = merged.entry(key).or_insert((DVec3::ZERO, 0.0));
         entry.0 += normal;
         entry.1 += normal.length();

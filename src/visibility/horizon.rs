@@ -13,6 +13,7 @@
 use super::rays::MAX_PERIODS;
 use crate::direction::MIN_COSINE;
 use crate::geometry::Tile;
+use crate::numerics::cast::truncate_usize;
 use glam::{DVec2, DVec3};
 
 /// Side of a block of cells, for which the highest point is kept.
@@ -53,8 +54,7 @@ impl Axis {
     fn new(position: f64, speed: f64, size: usize) -> Self {
         let cells = size as f64;
         let start = position - (position / cells).floor() * cells;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within 0..=size")]
-        let cell = (start as usize).min(size - 1);
+        let cell = truncate_usize(start).min(size - 1);
         Self { size, start, speed, cell, passed: 0.0 }
     }
 
@@ -90,9 +90,7 @@ impl Axis {
     /// Goes to the cell at a distance, which lies in `first..end` up to rounding.
     fn slide(&mut self, t: f64, first: usize, end: usize) {
         let cell = self.start + t * self.speed - self.passed;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped into the period")]
-        let cell = cell.clamp(first as f64, (end - 1) as f64) as usize;
-        self.cell = cell;
+        self.cell = truncate_usize(cell.clamp(first as f64, (end - 1) as f64));
     }
 
     /// The cells of the block that the march is in.

@@ -13,6 +13,7 @@
 //! triangles span many periods and rays are better: see [`reach`].
 
 use crate::facets::{Facets, NO_TRIANGLE, Surface};
+use crate::numerics::cast::{index_u32, narrow};
 use crate::simd::{self, Kernel};
 use glam::{DVec2, DVec3};
 
@@ -101,7 +102,6 @@ struct Grid {
 }
 
 #[inline(always)]
-#[expect(clippy::cast_possible_truncation, reason = "positions are compared in f32")]
 fn visible_in_lanes(surface: &Surface, facets: &Facets, direction: DVec3, scratch: &mut Scratch, row: &mut [u64]) {
     row.fill(0);
     let Scratch { facing, vertex, open, cell_of, cells, points } = scratch;
@@ -115,10 +115,10 @@ fn visible_in_lanes(surface: &Surface, facets: &Facets, direction: DVec3, scratc
     for &p in &surface.vertices {
         let p = p - surface.base;
         let uv = (DVec2::new(p.x, p.y) - p.z * shear) * frequency;
-        vertex.push([uv.x as f32, uv.y as f32, p.z as f32]);
+        vertex.push([narrow(uv.x), narrow(uv.y), narrow(p.z)]);
     }
     let bias = BIAS * direction.z;
-    let own_bias = (OWN_BIAS * direction.z) as f32;
+    let own_bias = narrow(OWN_BIAS * direction.z);
     open.clear();
     // A loop, and no iterator with a closure, which would be compiled for the oldest processor.
     for (facet, (&triangle, &position)) in (0..).zip(facets.triangle.iter().zip(&facets.position)) {
@@ -126,7 +126,7 @@ fn visible_in_lanes(surface: &Surface, facets: &Facets, direction: DVec3, scratc
             let position = position - surface.base;
             let uv = (DVec2::new(position.x, position.y) - position.z * shear) * frequency;
             let uv = [uv.x - uv.x.floor(), uv.y - uv.y.floor()];
-            open.push(Point { uv: uv.map(|x| x as f32), z: (position.z + bias) as f32, triangle, facet });
+            open.push(Point { uv: uv.map(narrow), z: narrow(position.z + bias), triangle, facet });
         }
     }
     let stretch = (DVec2::ONE + shear.abs() * surface.height) / surface.period;
@@ -210,7 +210,6 @@ impl Points {
 
     /// Takes the hidden points out, where that is worth it; the others stay in their cells.
     #[inline(always)]
-    #[expect(clippy::cast_possible_truncation, reason = "points are counted in u32")]
     fn take_out_hidden(&mut self, cells: &mut [u32]) {
         let hidden: u32 = self.hidden[..self.count].iter().sum();
         if (hidden as usize) < self.count / 4 {
@@ -229,7 +228,7 @@ impl Points {
                 }
                 from += 1;
             }
-            *end = to as u32;
+            *end = index_u32(to);
         }
         self.count = to;
         self.hidden[..to + POINTS].fill(0);

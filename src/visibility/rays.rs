@@ -13,6 +13,7 @@
 
 use crate::error::{BadInput, Error, Result};
 use crate::geometry::Tile;
+use crate::numerics::cast::narrow;
 use glam::{DVec2, DVec3, UVec2, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
@@ -304,7 +305,7 @@ impl PeriodicBvh {
                 let better = best.is_none_or(|(_, best_t, best_front)| t < best_t - SAME_PLACE || (front, -t) > (best_front, -best_t));
                 if better {
                     best = Some((index, t, front));
-                    ray.tmax = to_f32(t + STEP_BACK + BOX_PADDING);
+                    ray.tmax = narrow(t + STEP_BACK + BOX_PADDING);
                 }
             }
         });
@@ -468,12 +469,7 @@ fn hierarchy_ray(segment: &Segment, direction: DVec3) -> Ray {
     let origin: Vec3A = (segment.origin - STEP_BACK * direction).as_vec3a();
     // obvhs takes -0 for a negative component in one place and for a positive one in another; -1e-50 becomes -0 here.
     let direction = direction.as_vec3a() + Vec3A::ZERO;
-    Ray::new(origin, direction, 0.0, to_f32(segment.length + STEP_BACK + BOX_PADDING))
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "the padding covers the rounding")]
-fn to_f32(x: f64) -> f32 {
-    x as f32
+    Ray::new(origin, direction, 0.0, narrow(segment.length + STEP_BACK + BOX_PADDING))
 }
 
 /// Into `[0, 1)`.

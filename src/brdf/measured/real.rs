@@ -3,6 +3,7 @@
 //! A lookup is written once, generic over [`Real`]; what differs is precision and the three functions that the standard
 //! library has no fast `f32` form of. Vectors are `[F; 3]`.
 
+use crate::numerics::cast::narrow;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// `f64`, or `f32` with functions good to a few units in the last place and without calls into the mathematical library.
@@ -77,9 +78,8 @@ impl Real for f64 {
 
 impl Real for f32 {
     #[inline(always)]
-    #[expect(clippy::cast_possible_truncation, reason = "rounding is what it is for")]
     fn of(value: f64) -> Self {
-        value as Self
+        narrow(value)
     }
     #[inline(always)]
     fn sqrt(self) -> Self {

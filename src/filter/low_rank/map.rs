@@ -3,6 +3,7 @@
 //!
 //! A direction of the upper hemisphere goes to `(x, y)` in the unit disc, one of the lower to the same place of a second image.
 
+use crate::numerics::cast::truncate_usize;
 use glam::{DVec2, DVec3};
 
 /// How a hemisphere becomes a disc.
@@ -116,8 +117,7 @@ impl Map {
     fn cell_at(&self, pixel: DVec2) -> Option<usize> {
         let last = (self.side - 1) as f64;
         let inside = |x: f64| (0.0..=last).contains(&x);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "inside the image")]
-        let place = (inside(pixel.x) && inside(pixel.y)).then(|| pixel.y as usize * self.side + pixel.x as usize)?;
+        let place = (inside(pixel.x) && inside(pixel.y)).then(|| truncate_usize(pixel.y) * self.side + truncate_usize(pixel.x))?;
         self.cell[place].map(|c| c as usize)
     }
 

@@ -11,6 +11,7 @@ use super::normals::PairRows;
 use crate::brdf::{Brdf, Colour};
 use crate::error::{Error, Result};
 use crate::filter::lobes::{Half, Lobe, cosines, lobes};
+use crate::numerics::cast::narrow;
 use crate::numerics::randomized_svd::Factors;
 use crate::simd::{self, Kernel, LANES, Lanes};
 use faer::linalg::matmul::matmul;
@@ -76,13 +77,12 @@ struct Columns {
 
 impl<'a> Tabulated<'a> {
     /// Of `brdf` along `colour`, for pairs of `directions` and `normals`.
-    #[expect(clippy::cast_possible_truncation, reason = "rows are in single precision, as what is kept of them")]
     pub fn new(brdf: &'a Brdf, colour: Colour, directions: &'a Map, pairs: PairRows, normals: &Map) -> Self {
         let columns = |(normals, angles): (&[DVec3], &[f64])| {
             let mut columns = Columns { normals: [[0.0; LANES]; 3], weights: [0.0; LANES] };
             for (l, (n, angle)) in normals.iter().zip(angles).enumerate() {
                 for c in 0..3 {
-                    columns.normals[c][l] = n[c] as f32;
+                    columns.normals[c][l] = narrow(n[c]);
                 }
                 columns.weights[l] = angle.sqrt();
             }
@@ -115,7 +115,6 @@ impl Kernel for Write<'_> {
     type Output = ();
 
     #[inline(always)]
-    #[expect(clippy::cast_possible_truncation, reason = "rows are in single precision, as what is kept of them")]
     fn run(self) {
         let Self { table, rows, out } = self;
         for (k, row) in rows.zip(out.chunks_exact_mut(table.width.max(1))) {
@@ -134,14 +133,14 @@ impl Kernel for Write<'_> {
                         if lobe.table.is_some() {
                             let values = lobe.table_values(&columns.normals, wi, wo);
                             for c in 0..3 {
-                                let along = table.colour[c] as f32;
+                                let along = narrow(table.colour[c]);
                                 for l in 0..LANES {
                                     sum[l] += along * values[c][l];
                                 }
                             }
                         } else {
                             let colour = lobe.colour_at(i_dot_h);
-                            let along = (0..3).map(|c| table.colour[c] * colour[c]).sum::<f64>() as f32;
+                            let along = narrow((0..3).map(|c| table.colour[c] * colour[c]).sum());
                             let values = lobe.at_normals(&columns.normals, [&cos_i, &cos_o], [wi, wo], &half);
                             for l in 0..LANES {
                                 sum[l] += along * values[l];

@@ -6,6 +6,7 @@
 use super::choices::Normals;
 use super::map::Map;
 use crate::facets::{Facets, NO_TRIANGLE};
+use crate::numerics::cast::truncate_usize;
 use crate::visibility::Bits;
 use glam::DVec3;
 use rustc_hash::FxHashMap;
@@ -121,8 +122,8 @@ impl PairRows {
         if !self.reciprocal {
             return [row / self.count, row % self.count];
         }
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a root of a usize; put right below")]
-        let mut high = (((8.0 * row as f64 + 1.0).sqrt() - 1.0) / 2.0) as usize;
+        // A root of a whole number, which rounding may put on either side.
+        let mut high = truncate_usize(((8.0 * row as f64 + 1.0).sqrt() - 1.0) / 2.0);
         while high * (high + 1) / 2 > row {
             high -= 1;
         }

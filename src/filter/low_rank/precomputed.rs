@@ -9,6 +9,7 @@ use super::rates::{self, Rates};
 use crate::brdf::{Brdf, Colour};
 use crate::error::Result;
 use crate::filter::plan::MapSides;
+use crate::numerics::cast::narrow;
 use crate::numerics::randomized_svd::{self, Iteration, Params, Rows};
 use faer::Mat;
 use glam::DVec3;
@@ -94,8 +95,7 @@ impl Precomputed {
             }
             projection = (2 * projection).min(most);
         };
-        #[expect(clippy::cast_possible_truncation, reason = "single precision is the paper's")]
-        let left = (0..factors.left.nrows()).flat_map(|k| factors.left.row(k).iter().map(|&x| x as f32).collect::<Vec<f32>>()).collect();
+        let left = (0..factors.left.nrows()).flat_map(|k| factors.left.row(k).iter().map(|&x| narrow(x)).collect::<Vec<f32>>()).collect();
         Ok(Self { directions, normals, pairs, rates, colour, energy: factors.energy, mean: factors.mean, right: factors.right, left })
     }
 

@@ -8,6 +8,7 @@ use crate::bvndf::{WORDS_PER_BYTES, both_see, by_replicate};
 use crate::clusters::Cluster;
 use crate::facets::REPLICATES;
 use crate::filter::lobes::{Lobe, Masking, Shape, cosines};
+use crate::numerics::cast::narrow;
 use crate::simd::{self, Kernel, LANES, Lanes};
 use glam::{DVec3, Vec3};
 use std::ops::Range;
@@ -32,7 +33,6 @@ pub struct ClusteredLobe<'a> {
 
 impl<'a> ClusteredLobe<'a> {
     /// Widens a lobe by the spread of each cluster.
-    #[expect(clippy::cast_possible_truncation, reason = "the sums are in f32")]
     pub fn new(lobe: &'a Lobe<'a>, clusters: &[&Cluster]) -> Self {
         let alpha2 = match lobe.shape {
             Shape::Ggx(a2) => f64::from(a2),
@@ -46,17 +46,17 @@ impl<'a> ClusteredLobe<'a> {
                 let [xx, xy, yy] = cluster.covariance.map(|c| 2.0 * c);
                 let (a, d) = (alpha2 + xx, alpha2 + yy);
                 let determinant = a * d - xy * xy;
-                chunk.height[l] = (alpha2 / determinant.sqrt()) as f32;
+                chunk.height[l] = narrow(alpha2 / determinant.sqrt());
                 for (lane, value) in chunk.inverse.iter_mut().zip([d / determinant, -xy / determinant, a / determinant]) {
-                    lane[l] = value as f32;
+                    lane[l] = narrow(value);
                 }
                 for (lane, value) in chunk.moment.iter_mut().zip(cluster.moment) {
-                    lane[l] = value as f32;
+                    lane[l] = narrow(value);
                 }
                 for c in 0..3 {
-                    chunk.normal[c][l] = cluster.normal[c] as f32;
+                    chunk.normal[c][l] = narrow(cluster.normal[c]);
                     for (t, tangent) in cluster.tangents.iter().enumerate() {
-                        chunk.tangents[t][c][l] = tangent[c] as f32;
+                        chunk.tangents[t][c][l] = narrow(tangent[c]);
                     }
                 }
             }

@@ -2,6 +2,7 @@
 //! what is left.
 
 use super::super::tile::{HeightGrid, Tile};
+use crate::numerics::cast::truncate_usize;
 use glam::{DVec2, DVec3};
 
 /// Heights on a regular grid, row 0 at y = 0. Node `(i, j)` stands for the rectangle of one pixel.
@@ -87,8 +88,7 @@ impl Grid {
         let mut differences: Vec<f64> = Vec::new();
         for along_x in [true, false] {
             let (length, lines) = if along_x { (self.columns, self.rows) } else { (self.rows, self.columns) };
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
-            let width = ((share * length as f64).round() as usize).min(length / 2);
+            let width = truncate_usize((share * length as f64).round()).min(length / 2);
             if width == 0 {
                 continue;
             }
