@@ -13,8 +13,7 @@ use crate::numerics::cast::halves;
 use crate::numerics::low_discrepancy::{fraction, sobol_2d};
 use crate::numerics::random::hash_64;
 use crate::numerics::seed::fold;
-use crate::visibility::{Bits, Occlusion, PeriodicBvh, raster};
-use glam::DVec3;
+use crate::visibility::{Bits, Occlusion, PeriodicBvh, is_grazing, raster};
 use rayon::prelude::*;
 
 /// Where facets are placed.
@@ -160,15 +159,14 @@ impl Seen<'_> {
     fn see(&mut self, control: &Control<'_>) -> Result<()> {
         let Self { small, surface, facets, query, bits } = self;
         let words = facets.triangle.len() / 64;
-        let far = |w: DVec3| raster::reach(surface, w) > raster::MAX_REACH;
-        let rays = query.directions.iter().any(|&w| far(w)).then(|| PeriodicBvh::new(&small.tile)).transpose()?;
+        let rays = query.directions.iter().any(|&w| is_grazing(surface, w)).then(|| PeriodicBvh::new(&small.tile)).transpose()?;
         *bits = Bits { words, rows: vec![0; words * query.directions.len()] };
         let rows = bits.rows.par_chunks_mut(words.max(1)).zip(&query.directions);
         rows.for_each_init(raster::Scratch::default, |scratch, (row, &w)| {
             if control.check().is_err() {
                 return;
             }
-            let Some(rays) = rays.as_ref().filter(|_| far(w)) else {
+            let Some(rays) = rays.as_ref().filter(|_| is_grazing(surface, w)) else {
                 return raster::visible(surface, facets, w, scratch, row);
             };
             for (f, (&triangle, &position)) in facets.triangle.iter().zip(&facets.position).enumerate() {

@@ -6,7 +6,8 @@
 //!
 //! | file | what it decides |
 //! |---|---|
-//! | `choose` | which of the three answers: rays where the projection would span more than `raster::MAX_REACH` periods (grazing angles), horizon angles where they cost less |
+//! | `choose_method` | which of the three answers: rays at grazing angles, a projection elsewhere, horizon angles where they cost less |
+//! | `grazing` | which angles are grazing |
 //! | `rays` | rays from cell to cell of the lattice, and after how many periods one is given up |
 //! | `raster` | a projection along the direction, for many facets at once |
 //! | `horizon` | the horizon angle of a height field in an azimuth, which answers for all elevations |
@@ -17,7 +18,8 @@
 #[cfg(test)]
 mod agreement_tests;
 mod bits;
-mod choose;
+mod choose_method;
+mod grazing;
 mod horizon;
 pub mod raster;
 mod rays;
@@ -26,7 +28,8 @@ mod rays;
 pub(crate) mod test_tiles;
 
 pub use bits::Bits;
-pub(crate) use choose::{COSTS, Visibility};
+pub(crate) use choose_method::{COSTS, Visibility};
+pub(crate) use grazing::is_grazing;
 pub use horizon::Horizon;
 pub use rays::{Hit, MAX_PERIODS, Occlusion, PeriodicBvh, Traced};
 pub(crate) use rays::{MAX_DEPTH, depth};

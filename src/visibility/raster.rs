@@ -10,7 +10,7 @@
 //!
 //! A ray costs about as much as 50 such comparisons, but each facet needs one ray a direction, while the triangles are set up
 //! once a direction for all facets: this pays where facets are not far fewer than triangles. Near the horizon the projected
-//! triangles span many periods and rays are better: see [`reach`].
+//! triangles span many periods and rays are better: see [`super::is_grazing`].
 
 use crate::facets::{Facets, NO_TRIANGLE, Surface};
 use crate::numerics::cast::{index_u32, narrow};
@@ -28,14 +28,6 @@ const POINTS_PER_CELL: f64 = 4.0;
 
 /// Points compared at once: most runs of points that a triangle covers within a row of cells are short.
 const POINTS: usize = 8;
-
-/// Directions whose [`reach`] is larger are better served by rays.
-pub const MAX_REACH: f64 = 16.0;
-
-/// How many periods the projection of the surface spans along a direction: what its height is worth sideways.
-pub fn reach(surface: &Surface, direction: DVec3) -> f64 {
-    (DVec2::new(direction.x, direction.y).abs() / direction.z * surface.height / surface.period).max_element()
-}
 
 /// Buffers that one direction after another uses.
 #[derive(Debug, Default)]

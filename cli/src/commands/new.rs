@@ -8,6 +8,9 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
+/// The material that the objects of [`SCENE_TEMPLATE`] name, beside the scene.
+const SCENE_MATERIAL: &str = "material.toml";
+
 /// Arguments of `biscale new`.
 #[derive(Args, Debug)]
 pub struct NewArgs {
@@ -75,7 +78,12 @@ pub fn run(args: &NewArgs, common: &CommonArgs) -> Result<()> {
         return output::print_json(&json!({ "kind": kind, "file": file.display().to_string() }));
     }
     if !target.is_stdout() {
-        output::tell(common, &format!("wrote {}; `biscale check {}` says what it means", file.display(), file.display()));
+        let beside = file.with_file_name(SCENE_MATERIAL);
+        let need = match args.kind {
+            Kind::Scene if !beside.exists() => format!("`biscale new grooves {}` writes the material that it names, ", beside.display()),
+            _ => String::new(),
+        };
+        output::tell(common, &format!("wrote {}; {need}`biscale check {}` says what it means", file.display(), file.display()));
     }
     Ok(())
 }

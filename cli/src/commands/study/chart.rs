@@ -12,6 +12,8 @@ const LEFT: f64 = 66.0;
 const TOP: f64 = 76.0;
 const BETWEEN: f64 = 88.0;
 const FOOT: f64 = 56.0;
+/// Where the legend begins, under the panels.
+const LEGEND_TOP: f64 = TOP + PANEL[1] + FOOT;
 const LEGEND_ROW: f64 = 20.0;
 const LEGEND_COLUMN: f64 = 215.0;
 const FRONTIER: &str = "#222222";
@@ -49,8 +51,7 @@ pub fn pareto(name: &str, table_directions: u64, points: &[Point], truths: &[(As
     // Two more entries: the frontier and the bound.
     let rows = (families.len() + 2).div_ceil(columns);
     let width = LEFT + truths.len() as f64 * (PANEL[0] + BETWEEN) - BETWEEN + 24.0;
-    let legend_top = TOP + PANEL[1] + FOOT;
-    let mut svg = Svg::made_by(MARK, width, legend_top + rows as f64 * LEGEND_ROW + 22.0);
+    let mut svg = Svg::made_by(MARK, width, LEGEND_TOP + rows as f64 * LEGEND_ROW + 22.0);
     svg.text([LEFT, 28.0], 17.0, Anchor::Start, INK, &format!("{name}: error against CPU time"));
     for (k, (asked, truth)) in truths.iter().enumerate() {
         let (shown, best) = competing(points, *asked);
@@ -68,21 +69,21 @@ pub fn pareto(name: &str, table_directions: u64, points: &[Point], truths: &[(As
         }
     }
     for (k, family) in families.iter().enumerate() {
-        let [x, y] = legend_place(k, columns, legend_top);
+        let [x, y] = legend_place(k, columns);
         mark(&mut svg, [x, y - 4.0], look(*family), false);
         svg.text([x + 14.0, y], TEXT, Anchor::Start, INK, family.name());
     }
-    let [x, y] = legend_place(families.len(), columns, legend_top);
+    let [x, y] = legend_place(families.len(), columns);
     svg.line([x - 8.0, y - 4.0], [x + 10.0, y - 4.0], Stroke { colour: FRONTIER, width: 1.3, dashes: "6 4" });
     svg.text([x + 14.0, y], TEXT, Anchor::Start, INK, "Pareto frontier");
-    let [x, y] = legend_place(families.len() + 1, columns, legend_top);
+    let [x, y] = legend_place(families.len() + 1, columns);
     mark(&mut svg, [x, y - 4.0], Look { colour: GREY, shape: Shape::Circle }, true);
     svg.text([x + 14.0, y], TEXT, Anchor::Start, INK, "hollow: at most");
     svg
 }
 
-fn legend_place(k: usize, columns: usize, top: f64) -> [f64; 2] {
-    [LEFT + 10.0 + (k % columns) as f64 * LEGEND_COLUMN, top + (k / columns) as f64 * LEGEND_ROW + 14.0]
+fn legend_place(k: usize, columns: usize) -> [f64; 2] {
+    [LEFT + 10.0 + (k % columns) as f64 * LEGEND_COLUMN, LEGEND_TOP + (k / columns) as f64 * LEGEND_ROW + 14.0]
 }
 
 /// Power that the cuts of the low-rank method lose against the ranks that are left, a curve a matrix; `None` without such runs.
@@ -112,11 +113,9 @@ pub fn ranks(name: &str, ladder: &[Series], points: &[Point]) -> Option<Svg> {
     if all.iter().filter(|p| p[0] > 0.0 && p[1] > 0.0).count() < 2 {
         return None;
     }
-    let legend_top = TOP + PANEL[1] + FOOT;
-    let mut svg = Svg::made_by(MARK, LEFT + PANEL[0] + 24.0, legend_top + LEGEND_ROW + 22.0);
-    svg.text([LEFT, 28.0], 17.0, Anchor::Start, INK, &format!("{name}: power lost against rank"));
-    let panel = Panel::new([LEFT, TOP], PANEL, &all);
-    panel.frame(&mut svg, "all pairs, a curve a surface", ["vectors kept", "power that is cut, at least 0.0001 %"], [count, percent]);
+    let axes = ["vectors kept", "power that is cut, at least 0.0001 %"];
+    let OnePanel { mut svg, panel } =
+        OnePanel::new(&all, &format!("{name}: power lost against rank"), "all pairs, a curve a surface", axes);
     for (k, (label, look, curves)) in curves.iter().enumerate() {
         for curve in curves {
             let mut curve = curve.clone();
@@ -126,11 +125,33 @@ pub fn ranks(name: &str, ladder: &[Series], points: &[Point]) -> Option<Svg> {
                 mark(&mut svg, at, *look, false);
             }
         }
-        let (x, y) = (LEFT + 10.0 + 118.0 * k as f64, legend_top + 14.0);
-        mark(&mut svg, [x, y - 4.0], *look, false);
-        svg.text([x + 14.0, y], TEXT, Anchor::Start, INK, label);
+        legend_entry(&mut svg, 118.0 * k as f64, *look, label);
     }
     Some(svg)
+}
+
+/// A chart of one panel, with a row of a legend under it.
+struct OnePanel {
+    svg: Svg,
+    panel: Panel,
+}
+
+impl OnePanel {
+    /// Of counts along x and shares along y, wide enough for `points`; `axes` names x and y.
+    fn new(points: &[[f64; 2]], title: &str, heading: &str, axes: [&str; 2]) -> Self {
+        let mut svg = Svg::made_by(MARK, LEFT + PANEL[0] + 24.0, LEGEND_TOP + LEGEND_ROW + 22.0);
+        svg.text([LEFT, 28.0], 17.0, Anchor::Start, INK, title);
+        let panel = Panel::new([LEFT, TOP], PANEL, points);
+        panel.frame(&mut svg, heading, axes, [count, percent]);
+        Self { svg, panel }
+    }
+}
+
+/// An entry of the legend of one row, `right` of its left end.
+fn legend_entry(svg: &mut Svg, right: f64, look: Look, label: &str) {
+    let (x, y) = (LEFT + 10.0 + right, LEGEND_TOP + 14.0);
+    mark(svg, [x, y - 4.0], look, false);
+    svg.text([x + 14.0, y], TEXT, Anchor::Start, INK, label);
 }
 
 /// Error against facets, a curve a placement; `None` without such runs.
@@ -152,11 +173,9 @@ pub fn placement(name: &str, points: &[Point]) -> Option<Svg> {
     if all.is_empty() {
         return None;
     }
-    let legend_top = TOP + PANEL[1] + FOOT;
-    let mut svg = Svg::made_by(MARK, LEFT + PANEL[0] + 24.0, legend_top + LEGEND_ROW + 22.0);
-    svg.text([LEFT, 28.0], 17.0, Anchor::Start, INK, &format!("{name}: error against facets"));
-    let panel = Panel::new([LEFT, TOP], PANEL, &all);
-    panel.frame(&mut svg, "the same sums, facets placed in three ways", ["facets", "relative RMS error"], [count, percent]);
+    let heading = "the same sums, facets placed in three ways";
+    let OnePanel { mut svg, panel } =
+        OnePanel::new(&all, &format!("{name}: error against facets"), heading, ["facets", "relative RMS error"]);
     for (k, (placement, look, points)) in curves.iter().enumerate() {
         let places: Vec<[f64; 2]> = points.iter().map(|p| p.1).collect();
         panel.curve(&mut svg, &places, stroke(look.colour, 1.4));
@@ -165,9 +184,7 @@ pub fn placement(name: &str, points: &[Point]) -> Option<Svg> {
                 mark(&mut svg, at, *look, !point.is_resolved());
             }
         }
-        let (x, y) = (LEFT + 10.0 + 150.0 * k as f64, legend_top + 14.0);
-        mark(&mut svg, [x, y - 4.0], *look, false);
-        svg.text([x + 14.0, y], TEXT, Anchor::Start, INK, placement.name());
+        legend_entry(&mut svg, 150.0 * k as f64, *look, placement.name());
     }
     Some(svg)
 }

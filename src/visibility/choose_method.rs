@@ -2,6 +2,7 @@
 //! they cost less.
 
 use super::bits::Bits;
+use super::grazing::is_grazing;
 use super::horizon::Horizon;
 use super::raster;
 use super::rays::{Occlusion, PeriodicBvh};
@@ -62,8 +63,7 @@ impl<'a> Visibility<'a> {
             see_horizons(horizon, surface, facets, &azimuths, directions, &mut bits, check)?;
             return Ok(bits);
         }
-        let far = |w: DVec3| raster::reach(surface, w) > raster::MAX_REACH;
-        if directions.iter().any(|&w| far(w))
+        if directions.iter().any(|&w| is_grazing(surface, w))
             && let Err(error) = self.rays.get_or_init(|| PeriodicBvh::new(&self.small.tile))
         {
             return Err(Error::Numeric(error.to_string()));
@@ -75,7 +75,7 @@ impl<'a> Visibility<'a> {
                 return;
             }
             match self.rays.get() {
-                Some(Ok(rays)) if far(direction) => self.trace(rays, surface, facets, direction, row),
+                Some(Ok(rays)) if is_grazing(surface, direction) => self.trace(rays, surface, facets, direction, row),
                 _ => raster::visible(surface, facets, direction, scratch, row),
             }
         });
