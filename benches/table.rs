@@ -17,6 +17,7 @@ use biscale::brdf::Brdf;
 use biscale::direction::Pair;
 use biscale::filter::{Quality, Value, prepare};
 use biscale::material::SmallScale;
+use biscale::numerics::statistics::median;
 use common::Cost;
 
 struct Case {
@@ -89,7 +90,7 @@ fn outcome(tolerance: f64, mut run: impl FnMut(u64) -> (Ran, Cost)) -> Outcome {
         variance.sqrt() / mean.max(FLOOR)
     });
     facets.sort_unstable();
-    Outcome { tolerance, noise: common::median(relative.collect()), cost, facets, stages }
+    Outcome { tolerance, noise: median(relative.collect()).unwrap(), cost, facets, stages }
 }
 
 /// The first of ever tighter tolerances whose noise is within `noise`.

@@ -149,12 +149,6 @@ pub fn with_control<T>(work: impl FnOnce(&Control<'_>) -> T) -> T {
     work(&Control { cancel: &cancel, progress: &|_, _| {}, clock: &clock })
 }
 
-/// Middle of some numbers.
-pub fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2].midpoint(values[(values.len() - 1) / 2])
-}
-
 /// Milliseconds of the stages, shortest name first as the summary has them.
 pub fn stages(effective: &Effective) -> String {
     let list: Vec<String> = effective.summary.stages.iter().map(|(name, ms)| format!("{name} {ms:.0}")).collect();

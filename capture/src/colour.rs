@@ -1,7 +1,7 @@
 //! From the camera's colours to linear Rec. 709: a 3 x 3 matrix from a checker of 24 patches.
 
-use crate::least_squares;
 use biscale::numerics::colour::{RGB_TO_XYZ, WHITE_D50, lab, xyz_of_lab};
+use biscale::numerics::least_squares::{LeastSquaresParams, minimise};
 use biscale::numerics::linear_algebra;
 use glam::{DMat3, DVec3};
 
@@ -126,7 +126,7 @@ pub fn fit(measured: &[[f64; 3]], reference: &[[f64; 3]]) -> Option<Correction> 
         measured.iter().zip(&targets).flat_map(|(m, w)| (DVec3::from(lab((matrix * DVec3::from(*m)).into())) - w).to_array()).collect()
     };
     let scale: Vec<f64> = start.iter().map(|v| v.abs().max(1e-3 * start.iter().fold(0.0, |a: f64, b| a.max(b.abs())))).collect();
-    let fit = least_squares::minimise(&start, &scale, &residuals)?;
+    let fit = minimise(&start, &scale, &residuals, LeastSquaresParams::default()).finite()?;
     let matrix = matrix_of(&fit.parameters);
     let delta_e = measured.iter().zip(&targets).map(|(m, w)| delta_e_2000(lab((matrix * DVec3::from(*m)).into()), (*w).into())).collect();
     matrix.is_finite().then_some(Correction { matrix, delta_e })

@@ -12,10 +12,10 @@
 //! surface as it is: sides of markers on a cylinder are bent as they are.
 
 use crate::edges::GreyImage;
-use crate::least_squares;
 use crate::lens::{Lens, Pose};
 use crate::pose::{PoseEstimate, Sighting, UNKNOWNS, moved, rms};
 use biscale::numerics::cast::truncate_usize;
+use biscale::numerics::least_squares::{LeastSquaresParams, minimise};
 use biscale::numerics::statistics::upper_median;
 use glam::{DVec2, DVec3};
 
@@ -178,7 +178,8 @@ fn fit(start: &Pose, mut edges: Vec<Edge>, lens: &Lens) -> Option<(Pose, DVec3, 
         if edges.len() < PARAMS.fewest {
             return None;
         }
-        let fit = least_squares::minimise(&[0.0; UNKNOWNS], &[PARAMS.change; UNKNOWNS], &|p| residuals(&of(p), &edges))?;
+        let fit = minimise(&[0.0; UNKNOWNS], &[PARAMS.change; UNKNOWNS], &|p| residuals(&of(p), &edges), LeastSquaresParams::default())
+            .finite()?;
         let pose = of(&fit.parameters);
         if last {
             let variance = fit.cost / (edges.len() - UNKNOWNS) as f64;

@@ -17,7 +17,6 @@ pub mod dictionary;
 pub mod edge_pose;
 pub mod edges;
 pub mod flat;
-pub mod least_squares;
 pub mod lens;
 pub mod light;
 pub mod linear;

@@ -1,7 +1,7 @@
 //! Where the sample is: the pose that explains best where its markers are seen.
 
-use crate::least_squares;
 use crate::lens::{Lens, Pose};
+use biscale::numerics::least_squares::{LeastSquaresParams, minimise};
 use biscale::numerics::statistics::upper_median;
 use glam::{DVec2, DVec3};
 
@@ -78,7 +78,9 @@ pub fn refine(start: &Pose, sightings: &[Sighting], lens: &Lens) -> Option<PoseE
         let base = pose;
         let scale = base.translation.length().max(1.0);
         let of = |p: &[f64]| moved(&base, scale, p);
-        let fit = least_squares::minimise(&[0.0; UNKNOWNS], &[PARAMS.change; UNKNOWNS], &|p| residuals(&of(p), &kept, lens))?;
+        let fit =
+            minimise(&[0.0; UNKNOWNS], &[PARAMS.change; UNKNOWNS], &|p| residuals(&of(p), &kept, lens), LeastSquaresParams::default())
+                .finite()?;
         pose = of(&fit.parameters);
         let distances: Vec<f64> = residuals(&pose, sightings, lens).chunks(2).map(|r| r[0].hypot(r[1])).collect();
         let mut sorted: Vec<f64> = distances.iter().zip(&used).filter(|(_, u)| **u).map(|(d, _)| *d).collect();
@@ -115,7 +117,7 @@ pub fn relative_scale(start: &Pose, pixels: &[DVec2], lens: &Lens, at: &dyn Fn(f
             at(1.0 + p[6]).into_iter().zip(pixels).map(|(point, pixel)| Sighting { point, pixel: *pixel }).collect();
         residuals(&pose, &sightings, lens)
     };
-    let fit = least_squares::minimise(&[0.0; UNKNOWNS + 1], &[PARAMS.change; UNKNOWNS + 1], &cost)?;
+    let fit = minimise(&[0.0; UNKNOWNS + 1], &[PARAMS.change; UNKNOWNS + 1], &cost, LeastSquaresParams::default()).finite()?;
     let variance = fit.cost / (2 * pixels.len() - (UNKNOWNS + 1)) as f64;
     Some((1.0 + fit.parameters[6], (variance * fit.covariance?[(UNKNOWNS + 1).pow(2) - 1]).sqrt()))
 }

@@ -5,6 +5,8 @@
 //! The problem comes as normal equations, which weights change cheaply. Its columns are scaled first, and a ridge of [`RIDGE`] keeps
 //! columns that are the same apart.
 
+use biscale::numerics::linear_algebra::Cholesky;
+
 /// Share of the diagonal that is added to it.
 const RIDGE: f64 = 1e-11;
 /// Slack in the gradient of a scaled problem that counts as none.
@@ -39,119 +41,136 @@ impl Normal {
 
     /// The `x` within `lower..=upper` of the least squares. Finite for finite input; an unknown in no equation is its bound nearest to 0.
     pub fn solve(&self, lower: &[f64], upper: &[f64]) -> Vec<f64> {
-        let n = self.n;
-        let scale: Vec<f64> = (0..n).map(|i| self.gram[i * n + i].sqrt()).map(|d| if d > 0.0 { 1.0 / d } else { 0.0 }).collect();
-        let g = |i: usize, j: usize| {
-            let value = self.gram[i * n + j] * scale[i] * scale[j];
-            if i == j { value.max(f64::from(u8::from(scale[i] == 0.0))) + RIDGE } else { value }
-        };
-        let h: Vec<f64> = (0..n).map(|i| self.rhs[i] * scale[i]).collect();
-        // A scaled unknown is the unknown over its scale.
-        let bound = |b: f64, i: usize| if scale[i] > 0.0 { b / scale[i] } else { 0.0 };
-        let low: Vec<f64> = (0..n).map(|i| bound(lower[i], i)).collect();
-        let high: Vec<f64> = (0..n).map(|i| bound(upper[i], i)).collect();
-        let mut x: Vec<f64> = (0..n).map(|i| 0.0_f64.clamp(low[i], high[i].max(low[i]))).collect();
-        // Where each unknown is held: below, not at all, above.
-        let mut held: Vec<i8> =
-            (0..n).map(|i| if high[i] > low[i] && x[i] == low[i] { -1 } else { i8::from(high[i] <= low[i]) * 2 }).collect();
-        for _ in 0..10 * n * n + 10 {
-            // To the least squares of the free unknowns, or to the first wall on the way.
-            loop {
-                let free: Vec<usize> = (0..n).filter(|&i| held[i] == 0).collect();
-                let Some(target) = solve_free(&free, &x, &g, &h) else { break };
-                let mut step = 1.0;
-                let mut wall = None;
-                for (k, &i) in free.iter().enumerate() {
-                    let to = target[k];
-                    let limit = if to < low[i] {
-                        low[i]
-                    } else if to > high[i] {
-                        high[i]
-                    } else {
-                        continue;
-                    };
-                    let share = if to == x[i] { 0.0 } else { (limit - x[i]) / (to - x[i]) };
-                    if share < step {
-                        step = share.max(0.0);
-                        wall = Some((i, limit));
-                    }
-                }
-                for (k, &i) in free.iter().enumerate() {
-                    x[i] = (x[i] + step * (target[k] - x[i])).clamp(low[i], high[i]);
-                }
-                let Some((i, limit)) = wall else { break };
-                x[i] = limit;
-                held[i] = if limit == low[i] { -1 } else { 1 };
-            }
-            let gradient = |i: usize| (0..n).map(|j| g(i, j) * x[j]).sum::<f64>() - h[i];
-            let size = h.iter().fold(1e-300_f64, |m, v| m.max(v.abs()));
-            let gain = |i: usize| match held[i] {
-                -1 => -gradient(i),
-                1 => gradient(i),
-                _ => 0.0,
-            };
-            let best =
-                (0..n).map(|i| (gain(i), i)).fold((STATIONARY * size, None), |best, (v, i)| if v > best.0 { (v, Some(i)) } else { best });
-            match best.1 {
-                Some(i) => held[i] = 0,
+        let problem = Scaled::new(self, lower, upper);
+        let mut at = problem.start();
+        for _ in 0..10 * self.n * self.n + 10 {
+            problem.to_the_least_of_the_free(&mut at);
+            match problem.wants_in(&at) {
+                Some(i) => at.held[i] = Held::Free,
                 None => break,
             }
         }
-        (0..n)
-            .map(|i| {
-                if scale[i] > 0.0 {
-                    (x[i] * scale[i]).clamp(lower[i], upper[i].max(lower[i]))
-                } else {
-                    0.0_f64.clamp(lower[i], upper[i].max(lower[i]))
-                }
-            })
-            .collect()
+        let value = |i: usize| if problem.scale[i] > 0.0 { at.x[i] * problem.scale[i] } else { 0.0 };
+        (0..self.n).map(|i| value(i).clamp(lower[i], upper[i].max(lower[i]))).collect()
     }
 }
 
-/// The least squares over the unknowns `free`, the others held at `x`; `None` if there are none, or if they cannot be told apart.
-fn solve_free(free: &[usize], x: &[f64], g: &dyn Fn(usize, usize) -> f64, h: &[f64]) -> Option<Vec<f64>> {
+/// Where an unknown is held.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Held {
+    /// Nowhere.
+    Free,
+    /// At its lower bound.
+    Low,
+    /// At its upper bound.
+    High,
+    /// At both: they are the same.
+    Closed,
+}
+
+/// A point on the way.
+struct Point {
+    x: Vec<f64>,
+    held: Vec<Held>,
+}
+
+/// A problem whose unknowns are scaled so that the diagonal of its matrix is 1, and the ridge.
+struct Scaled {
+    n: usize,
+    /// A scaled unknown is the unknown over its scale; 0 of one that is in no equation.
+    scale: Vec<f64>,
+    gram: Vec<f64>,
+    rhs: Vec<f64>,
+    low: Vec<f64>,
+    high: Vec<f64>,
+}
+
+impl Scaled {
+    fn new(normal: &Normal, lower: &[f64], upper: &[f64]) -> Self {
+        let n = normal.n;
+        let scale: Vec<f64> = (0..n).map(|i| normal.gram[i * n + i].sqrt()).map(|d| if d > 0.0 { 1.0 / d } else { 0.0 }).collect();
+        let mut gram: Vec<f64> = (0..n * n).map(|k| normal.gram[k] * scale[k / n] * scale[k % n]).collect();
+        for i in 0..n {
+            let diagonal = gram[i * n + i].max(if scale[i] == 0.0 { 1.0 } else { 0.0 });
+            gram[i * n + i] = diagonal + RIDGE;
+        }
+        let rhs = (0..n).map(|i| normal.rhs[i] * scale[i]).collect();
+        let bounds = |bounds: &[f64]| (0..n).map(|i| if scale[i] > 0.0 { bounds[i] / scale[i] } else { 0.0 }).collect();
+        Self { n, gram, rhs, low: bounds(lower), high: bounds(upper), scale }
+    }
+
+    /// Every unknown at 0, or at its bound nearest to it.
+    fn start(&self) -> Point {
+        let x: Vec<f64> = (0..self.n).map(|i| 0.0_f64.clamp(self.low[i], self.high[i].max(self.low[i]))).collect();
+        let held = |i: usize| {
+            if self.high[i] <= self.low[i] {
+                Held::Closed
+            } else if x[i] == self.low[i] {
+                Held::Low
+            } else {
+                Held::Free
+            }
+        };
+        Point { held: (0..self.n).map(held).collect(), x }
+    }
+
+    /// Moves to the least squares of the free unknowns; one that meets its bound on the way is held there, and the others go on.
+    fn to_the_least_of_the_free(&self, at: &mut Point) {
+        loop {
+            let free: Vec<usize> = (0..self.n).filter(|&i| at.held[i] == Held::Free).collect();
+            let Some(target) = solve_free(&free, &at.x, &self.gram, &self.rhs) else { return };
+            let (share, wall) = self.first_wall(&free, &at.x, &target);
+            for (k, &i) in free.iter().enumerate() {
+                at.x[i] = (at.x[i] + share * (target[k] - at.x[i])).clamp(self.low[i], self.high[i]);
+            }
+            let Some((i, limit)) = wall else { return };
+            at.x[i] = limit;
+            at.held[i] = if limit == self.low[i] { Held::Low } else { Held::High };
+        }
+    }
+
+    /// What share of the way to `target` the free unknowns can go, and which one then meets which bound.
+    fn first_wall(&self, free: &[usize], x: &[f64], target: &[f64]) -> (f64, Option<(usize, f64)>) {
+        let (mut least, mut wall) = (1.0, None);
+        for (&i, &to) in free.iter().zip(target) {
+            let limit = to.clamp(self.low[i], self.high[i]);
+            if limit == to {
+                continue;
+            }
+            let share = (limit - x[i]) / (to - x[i]);
+            if share < least {
+                least = share.max(0.0);
+                wall = Some((i, limit));
+            }
+        }
+        (least, wall)
+    }
+
+    /// The held unknown whose gradient points inward most; `None` where none does.
+    fn wants_in(&self, at: &Point) -> Option<usize> {
+        let gradient = |i: usize| (0..self.n).map(|j| self.gram[i * self.n + j] * at.x[j]).sum::<f64>() - self.rhs[i];
+        let gain = |i: usize| match at.held[i] {
+            Held::Low => -gradient(i),
+            Held::High => gradient(i),
+            Held::Free | Held::Closed => 0.0,
+        };
+        let size = self.rhs.iter().fold(1e-300_f64, |m, v| m.max(v.abs()));
+        let best =
+            (0..self.n).map(|i| (gain(i), i)).fold((STATIONARY * size, None), |best, (v, i)| if v > best.0 { (v, Some(i)) } else { best });
+        best.1
+    }
+}
+
+/// The least squares over the unknowns `free`, the others held at `x`; `None` if there are none, or if they cannot be told apart. `gram` by rows.
+fn solve_free(free: &[usize], x: &[f64], gram: &[f64], rhs: &[f64]) -> Option<Vec<f64>> {
     if free.is_empty() {
         return None;
     }
-    let m = free.len();
-    let matrix: Vec<f64> = free.iter().flat_map(|&i| free.iter().map(move |&j| (i, j))).map(|(i, j)| g(i, j)).collect();
-    let is_free = |j: &usize| free.contains(j);
-    let rhs: Vec<f64> = free.iter().map(|&i| h[i] - (0..x.len()).filter(|j| !is_free(j)).map(|j| g(i, j) * x[j]).sum::<f64>()).collect();
-    let factor = cholesky(&matrix, m)?;
-    Some(cholesky_solve(&factor, &rhs))
-}
-
-/// Lower factor `L` of a symmetric positive matrix of `n` rows, `L Lᵀ`; `None` if it is not positive.
-pub fn cholesky(matrix: &[f64], n: usize) -> Option<Vec<f64>> {
-    let mut l = vec![0.0; n * n];
-    for i in 0..n {
-        for j in 0..=i {
-            let sum = matrix[i * n + j] - (0..j).map(|k| l[i * n + k] * l[j * n + k]).sum::<f64>();
-            if i == j {
-                if !(sum > 0.0 && sum.is_finite()) {
-                    return None;
-                }
-                l[i * n + i] = sum.sqrt();
-            } else {
-                l[i * n + j] = sum / l[j * n + j];
-            }
-        }
-    }
-    Some(l)
-}
-
-/// The solution of `L Lᵀ x = b`.
-pub fn cholesky_solve(l: &[f64], b: &[f64]) -> Vec<f64> {
-    let n = b.len();
-    let mut x = b.to_vec();
-    for i in 0..n {
-        x[i] = (x[i] - (0..i).map(|k| l[i * n + k] * x[k]).sum::<f64>()) / l[i * n + i];
-    }
-    for i in (0..n).rev() {
-        x[i] = (x[i] - (i + 1..n).map(|k| l[k * n + i] * x[k]).sum::<f64>()) / l[i * n + i];
-    }
-    x
+    let (m, n) = (free.len(), x.len());
+    let matrix: Vec<f64> = (0..m * m).map(|k| gram[free[k / m] * n + free[k % m]]).collect();
+    let held: Vec<usize> = (0..n).filter(|j| !free.contains(j)).collect();
+    let rhs: Vec<f64> = free.iter().map(|&i| rhs[i] - held.iter().map(|&j| gram[i * n + j] * x[j]).sum::<f64>()).collect();
+    Some(Cholesky::new(&matrix, m)?.solve(&rhs))
 }
 
 #[cfg(test)]
@@ -170,11 +189,10 @@ mod tests {
         let n = p.n;
         let mut best = f64::INFINITY;
         for choice in 0..3_usize.pow(n as u32) {
-            let place = |i: usize| choice / 3_usize.pow(i as u32) % 3;
-            let mut x: Vec<f64> = (0..n).map(|i| if place(i) == 0 { lower[i] } else { upper[i] }).collect();
-            let free: Vec<usize> = (0..n).filter(|&i| place(i) == 2).collect();
-            let g = |i: usize, j: usize| p.gram[i * n + j];
-            if let Some(found) = solve_free(&free, &x, &g, &p.rhs) {
+            let held = |i: usize| choice / 3_usize.pow(i as u32) % 3;
+            let mut x: Vec<f64> = (0..n).map(|i| if held(i) == 0 { lower[i] } else { upper[i] }).collect();
+            let free: Vec<usize> = (0..n).filter(|&i| held(i) == 2).collect();
+            if let Some(found) = solve_free(&free, &x, &p.gram, &p.rhs) {
                 for (k, &i) in free.iter().enumerate() {
                     x[i] = found[k];
                 }

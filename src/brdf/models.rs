@@ -4,6 +4,7 @@ use super::facet::{Colour, half_vector};
 use super::measured::Measured;
 use super::microfacet::{Distribution, HalfAngle};
 use super::{blinn_phong, cook_torrance, lambert, ward};
+use crate::numerics::stable_bytes::StableBytes;
 use glam::DVec3;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -52,6 +53,41 @@ pub enum Brdf {
 }
 
 impl Brdf {
+    /// All that [`eval`](Self::eval) depends on, for hashes that are kept in files. A table is told by its numbers, not by the name of its file. A tag
+    /// is never given to another model.
+    pub fn write(&self, out: &mut StableBytes<'_>) {
+        match self {
+            Self::Lambert { albedo } => {
+                out.tag(1);
+                out.reals(albedo);
+            }
+            Self::BlinnPhong { diffuse, specular, exponent } => {
+                out.tag(2);
+                [diffuse, specular].into_iter().for_each(|colour| out.reals(colour));
+                out.reals(&[*exponent]);
+            }
+            Self::CookTorrance { diffuse, specular, alpha, distribution, f0 } => {
+                out.tag(3);
+                [diffuse, specular].into_iter().for_each(|colour| out.reals(colour));
+                out.reals(&[*alpha]);
+                out.tag(match distribution {
+                    Distribution::Ggx => 1,
+                    Distribution::Beckmann => 2,
+                });
+                out.option(f0.as_ref(), |out, colour| out.reals(colour));
+            }
+            Self::Ward { diffuse, specular, alpha } => {
+                out.tag(4);
+                [diffuse, specular].into_iter().for_each(|colour| out.reals(colour));
+                out.reals(&[*alpha]);
+            }
+            Self::Measured(measured) => {
+                out.tag(5);
+                measured.write(out);
+            }
+        }
+    }
+
     /// Whether `fr(wi, wo)` and `fr(wo, wi)` are the same by construction: of all but RGL tables.
     pub fn is_reciprocal(&self) -> bool {
         !matches!(self, Self::Measured(measured) if !measured.is_reciprocal())

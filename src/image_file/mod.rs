@@ -11,4 +11,4 @@ mod tint;
 
 pub use raster::{MAX_PIXELS, Raster};
 pub use read::{read, read_radiance, read_with_holes};
-pub use tint::{TintImage, read_tint, srgb_to_linear};
+pub use tint::{TintImage, read_tint};

@@ -4,6 +4,7 @@ use super::raster::Raster;
 use super::read::read;
 use crate::error::{BadInput, Result};
 use crate::numerics::cast::{narrow, truncate_usize};
+use crate::numerics::colour::srgb_to_linear;
 use glam::DVec2;
 use std::path::Path;
 
@@ -25,11 +26,6 @@ impl TintImage {
         let pixel = |x: f64, size: usize| truncate_usize(x * size as f64).min(size - 1);
         self.pixels[pixel(wrapped.y, self.height) * self.width + pixel(wrapped.x, self.width)]
     }
-}
-
-/// Linear value of an sRGB-encoded one, both in 0..1 (IEC 61966-2-1).
-pub fn srgb_to_linear(encoded: f64) -> f64 {
-    if encoded <= 0.040_45 { encoded / 12.92 } else { libm::pow((encoded + 0.055) / 1.055, 2.4) }
 }
 
 /// Reads colour weights: whole numbers are sRGB-encoded, floats linear. All must lie in 0..1.

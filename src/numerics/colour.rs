@@ -70,8 +70,10 @@ mod tests {
     #[test]
     fn srgb_is_the_standard_curve_and_its_inverse() {
         assert_eq!([srgb_to_linear(0.0), srgb_to_linear(1.0)], [0.0, 1.0]);
-        // IEC 61966-2-1: code value 188 of 255 is about half of the light.
-        assert!((srgb_to_linear(188.0 / 255.0) - 0.5029).abs() < 1e-4);
+        // IEC 61966-2-1: the line below .04045, and ((.5 + .055) / 1.055)^2.4.
+        for (encoded, linear) in [(0.04, 0.04 / 12.92), (0.5, 0.214_041_140_5)] {
+            assert!((srgb_to_linear(encoded) - linear).abs() < 1e-10, "{encoded}");
+        }
         for k in 0..=255_u8 {
             assert_eq!(srgb_byte(srgb_to_linear(f64::from(k) / 255.0)), k);
         }

@@ -64,7 +64,7 @@ mod tests {
 
     #[test]
     fn the_colour_code_gets_brighter_from_black_to_yellow() {
-        let light = |t: f64| super::super::environment::luminance(colour_code(t));
+        let light = |t: f64| crate::numerics::colour::luminance(colour_code(t));
         assert!(light(0.0) < 0.01 && light(1.0) > 0.9, "{} to {}", light(0.0), light(1.0));
         assert!((1..=100).all(|k| light(f64::from(k) / 100.0) > light(f64::from(k - 1) / 100.0)));
     }

@@ -8,6 +8,7 @@
 use crate::error::{BadInput, Result};
 use crate::image_file::{self, Raster};
 use crate::numerics::cast::truncate_usize;
+use crate::numerics::colour::luminance;
 use crate::numerics::low_discrepancy::{fraction, sobol_2d};
 use crate::numerics::seed::fold;
 use glam::{DVec2, DVec3};
@@ -28,11 +29,6 @@ pub struct Environment {
     columns: Vec<Vec<f64>>,
     /// The same sums of whole rows.
     rows: Vec<f64>,
-}
-
-/// Luminance of linear RGB with Rec. 709 primaries.
-pub fn luminance(rgb: [f64; 3]) -> f64 {
-    0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]
 }
 
 impl Environment {

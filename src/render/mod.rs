@@ -32,7 +32,7 @@ pub use environment::Environment;
 pub use gather::{Lit, Point, View, gather_all, lights};
 pub use mesh::{LargeMesh, Placement, Tangents};
 pub use opacity::Opacity;
-pub use picture::{Picture, SOFTWARE, linear_to_srgb};
+pub use picture::{Picture, SOFTWARE};
 pub use query_plan::{PROBES, QueryPlan};
 pub use query_table::QueryTable;
 pub use renderer::{MaterialReport, Rendered, render};

@@ -1,5 +1,6 @@
 //! A picture in memory, and as an OpenEXR or PNG file.
 
+use crate::numerics::colour::{byte, srgb_byte};
 use exr::prelude::{AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, Layer, LayerAttributes, Text, WritableImage};
 use std::io::{Seek, Write};
 
@@ -17,19 +18,6 @@ pub struct Picture {
     pub rgb: Vec<[f32; 3]>,
     /// Share of each pixel that objects cover.
     pub alpha: Vec<f32>,
-}
-
-/// IEC 61966-2-1: what a screen is sent for a linear value, both in 0..1; values outside are clamped.
-pub fn linear_to_srgb(linear: f64) -> f64 {
-    let v = linear.clamp(0.0, 1.0);
-    if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * libm::pow(v, 1.0 / 2.4) - 0.055 }
-}
-
-/// Eight bits of a share in 0..1.
-fn byte(share: f64) -> u8 {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 0..=255")]
-    let byte = (share.clamp(0.0, 1.0) * 255.0).round() as u8;
-    byte
 }
 
 impl Picture {
@@ -72,7 +60,7 @@ impl Picture {
         let pixel = |(rgb, &alpha): (&[f32; 3], &f32)| {
             // Without alpha the pixel stands over black; with it the colour is that of the covered part.
             let over = if with_alpha && alpha > 0.0 { f64::from(alpha).min(1.0) } else { 1.0 };
-            let [r, g, b] = rgb.map(|v| byte(linear_to_srgb(gain * f64::from(v) / over)));
+            let [r, g, b] = rgb.map(|v| srgb_byte(gain * f64::from(v) / over));
             [r, g, b, byte(alpha.into())].into_iter().take(if with_alpha { 4 } else { 3 })
         };
         self.rgb.iter().zip(&self.alpha).flat_map(pixel).collect()

@@ -14,10 +14,10 @@ use crate::pose::PoseEstimate;
 use crate::report::{Mark, PhotoView};
 use crate::resample;
 use crate::shoot::{PhotoSpec, Role};
-use crate::vision::percentile;
 use biscale::error::Result;
 use biscale::formats::capture::{self, CloseUp, Light, Photograph, Severity};
 use biscale::numerics::cast::narrow;
+use biscale::numerics::statistics::rank;
 use glam::{DMat3, DVec2};
 use rayon::prelude::*;
 
@@ -159,9 +159,10 @@ impl Session<'_> {
         if shot.samples != Samples::Float {
             let [r, g, b] = &shot.linear.picture.planes;
             let step = (of_sample.len() / EXPOSURE_SAMPLES).max(1);
-            let values = mask.iter().enumerate().filter(|(_, m)| **m).map(|(i, _)| r[i].max(g[i]).max(b[i])).step_by(step).collect();
+            let mut values: Vec<f32> =
+                mask.iter().enumerate().filter(|(_, m)| **m).map(|(i, _)| r[i].max(g[i]).max(b[i])).step_by(step).collect();
             // The sensor's value in the longest bracket.
-            let bright = f64::from(percentile(values, BRIGHT_PERCENTILE)) * shot.linear.divisor;
+            let bright = f64::from(rank(&mut values, BRIGHT_PERCENTILE).unwrap_or(0.0)) * shot.linear.divisor;
             let severity = if bright < UNDEREXPOSED_FAIL {
                 Severity::Fail
             } else if bright < UNDEREXPOSED_WARN {

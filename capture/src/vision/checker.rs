@@ -8,6 +8,7 @@ use crate::photo::PlanarImage;
 use biscale::error::Result;
 use biscale::numerics::cast::{truncate_u8, truncate_usize};
 use biscale::numerics::colour::linear_to_srgb;
+use biscale::numerics::statistics::rank;
 use glam::DVec2;
 use opencv::core::{CV_8UC3, Mat, Point2f, Vec3b, Vector};
 use opencv::mcc::{MCC_CCheckerDetector, MCC_TYPECHART};
@@ -122,11 +123,9 @@ fn detect(photo: &PlanarImage) -> Result<Option<[DVec2; 4]>> {
     let factor = (photo.width.max(photo.height) as f64 / LOOK).max(1.0);
     // By the mean of each small pixel's part: a fine pattern must not alias.
     let (width, height) = (whole(photo.width as f64 / factor), whole(photo.height as f64 / factor));
-    let bright = super::image::percentile(
-        photo.planes[1].iter().step_by((photo.planes[1].len() / super::image::SAMPLES).max(1)).copied().collect(),
-        BRIGHT_PERCENTILE,
-    )
-    .max(1e-9);
+    let every = (photo.planes[1].len() / super::image::SAMPLES).max(1);
+    let mut sampled: Vec<f32> = photo.planes[1].iter().step_by(every).copied().collect();
+    let bright = rank(&mut sampled, BRIGHT_PERCENTILE).unwrap_or(0.0).max(1e-9);
     let byte = |v: f32| truncate_u8(255.0 * linear_to_srgb(f64::from(v / bright) * BRIGHT) + 0.5);
     let full: Vec<Vec3b> = (0..photo.planes[0].len())
         .map(|i| Vec3b::from([byte(photo.planes[2][i]), byte(photo.planes[1][i]), byte(photo.planes[0][i])]))

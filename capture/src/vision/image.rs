@@ -54,7 +54,8 @@ impl GreyImage8 {
         let white = if encoded {
             1.0
         } else {
-            percentile((0..count).step_by((count / SAMPLES).max(1)).map(luma).collect(), WHITE_PERCENTILE).max(1e-9)
+            let mut sampled: Vec<f32> = (0..count).step_by((count / SAMPLES).max(1)).map(luma).collect();
+            rank(&mut sampled, WHITE_PERCENTILE).unwrap_or(0.0).max(1e-9)
         };
         let pixels = (0..count)
             .into_par_iter()
@@ -102,11 +103,6 @@ impl GreyImage for Luminance<'_> {
         let [r, g, b] = self.0.sample(p.x, p.y)?;
         Some(f64::from(0.25 * r + 0.5 * g + 0.25 * b))
     }
-}
-
-/// A percentile (0 to 1) of values; 0 without any.
-pub(crate) fn percentile(mut values: Vec<f32>, share: f64) -> f32 {
-    rank(&mut values, share).unwrap_or(0.0)
 }
 
 /// A length in whole pixels, at least 1.

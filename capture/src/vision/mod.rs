@@ -8,5 +8,4 @@ mod image;
 pub mod markers;
 pub mod pnp;
 
-pub(crate) use image::percentile;
 pub use image::{GreyImage8, Luminance, set_threads};

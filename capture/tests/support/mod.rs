@@ -259,7 +259,7 @@ pub fn save16(picture: &PlanarImage, path: &Path) {
 
 /// Writes 8 bits with the curve of sRGB, as a camera's JPEG or PNG by the ending.
 pub fn save8(picture: &PlanarImage, path: &Path) {
-    let byte = |v: f32| (255.0 * biscale::render::linear_to_srgb(v.into())).round() as u8;
+    let byte = |v: f32| (255.0 * biscale::numerics::colour::linear_to_srgb(v.into())).round() as u8;
     let pixels: Vec<u8> = (0..picture.planes[0].len()).flat_map(|i| [0, 1, 2].map(|c| byte(picture.planes[c][i]))).collect();
     image::RgbImage::from_raw(picture.width as u32, picture.height as u32, pixels).unwrap().save(path).unwrap();
 }

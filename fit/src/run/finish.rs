@@ -70,7 +70,7 @@ pub(super) fn finish(
     report("profiles", 0.3);
     let mut profiles = Vec::new();
     if early.is_none() {
-        for (unknown, profile) in profile::profiles(&model, &best.point, &evaluated, (&identified, &derivatives), PROFILES, control)? {
+        for (unknown, profile) in profile::profiles(&model, &best.point, &evaluated, &identified, &derivatives, PROFILES, control)? {
             identified.widen(unknown, profile.wider);
             profiles.push(profile);
         }

@@ -3,13 +3,13 @@
 //! The unknowns of the search move together with the linear ones in a step; then the linear ones are solved for again, where the step ended (Kaufman
 //! 1975: variable projection without second derivatives). Derivatives are central differences over a share of the range that visibility bits do not spoil.
 
-use crate::bounded_least_squares::{cholesky, cholesky_solve};
 use crate::residuals::derivatives::{self, Derivatives};
 use crate::residuals::equations::Evaluated;
 use crate::residuals::model::Model;
 use crate::search::optimise::{Limits, Minimum};
 use crate::search::params::PARAMS;
 use biscale::error::Result;
+use biscale::numerics::linear_algebra::Cholesky;
 
 /// Evaluations that a descent asks for, all at once where they do not depend on each other.
 pub trait Evaluate {
@@ -92,7 +92,7 @@ fn step(derivatives: &Derivatives, point: &[f64], damping: f64) -> Option<Vec<f6
                 (matrix[i * total + i], rhs[i]) = (1.0, 0.0);
             }
         }
-        let step = cholesky_solve(&cholesky(&matrix, total)?, &rhs);
+        let step = Cholesky::new(&matrix, total)?.solve(&rhs);
         let leaves = |i: &usize| !held[*i] && (point[*i] <= 0.0 && step[*i] < 0.0 || point[*i] >= 1.0 && step[*i] > 0.0);
         match (0..n).find(leaves) {
             Some(i) => held[i] = true,

@@ -5,12 +5,12 @@ use crate::residuals::equations::Evaluated;
 use crate::residuals::model::Model;
 use crate::residuals::unknowns::Variable;
 use crate::search::descent::{self, Evaluate};
-use crate::search::optimise::{self, Limits, Minimum, Optimiser};
+use crate::search::optimise::{self, Limits, Optimiser};
 use crate::search::params::PARAMS;
 use crate::search::starts::Start;
 use crate::search::trace::{Entry, SearchShared, Stage};
 use biscale::error::{Error, Result};
-use std::cell::Cell;
+use std::cell::RefCell;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -38,74 +38,110 @@ pub fn search(model: &Model<'_>, start: &Start, task: &Task, shared: &SearchShar
     if task.optimiser == Optimiser::Lm && !start.point.is_empty() && !linear_moves {
         return descend(model, start, task, shared);
     }
-    let count = Cell::new(0);
-    let ended = Cell::new(false);
-    let objective = |point: &[f64]| -> Result<f64> {
-        let evaluation = count.get();
-        let objective = match shared.memory.recall(task.stage, start.number, evaluation, point) {
-            Some(known) => known,
-            None => {
-                if shared.must_end() {
-                    ended.set(true);
-                    return Err(Error::Interrupted);
-                }
-                match model.objective(point, shared.control) {
-                    Err(Error::Interrupted) => {
-                        ended.set(true);
-                        return Err(Error::Interrupted);
-                    }
-                    other => other?,
-                }
-            }
-        };
-        count.set(evaluation + 1);
-        shared.note(Entry { stage: task.stage, start: start.number, evaluation, objective, point: point.to_vec() }, model);
-        Ok(objective)
-    };
-    // What was best before an error ended a search is in the trace of this closure only.
-    let best: std::cell::RefCell<(Vec<f64>, f64)> = std::cell::RefCell::new((start.point.clone(), f64::INFINITY));
-    let tracked = |point: &[f64]| -> Result<f64> {
-        let value = objective(point)?;
-        let mut best = best.borrow_mut();
-        if value < best.1 {
-            *best = (point.to_vec(), value);
-        }
-        Ok(value)
-    };
-    let mut limits = task.limits;
-    let (mut restarts, mut confirmations, mut converged) = (0, 0, false);
-    loop {
-        let from = best.borrow().0.clone();
-        let before = best.borrow().1;
-        limits.evaluations = task.limits.evaluations.saturating_sub(count.get());
-        if limits.evaluations == 0 {
-            break;
-        }
-        let found = match optimise::minimise(task.optimiser, &tracked, &from, limits, task.seed ^ start.number as u64) {
-            Ok(found) => found,
-            Err(Error::Interrupted) if ended.get() => break,
-            Err(error) => return Err(error),
-        };
-        let Minimum { converged: now, restarts: begun, objective, .. } = found;
-        restarts += begun;
-        converged = now;
-        let little = before.is_finite() && objective > before - task.limits.cost * before.max(1.0);
-        if task.confirm <= 0.0 || confirmations == PARAMS.confirmations || (confirmations > 0 && now && little) {
-            break;
-        }
-        limits.step = task.confirm;
-        confirmations += 1;
-        restarts += 1;
-    }
-    let (point, value) = best.into_inner();
+    let progress = RefCell::new(Progress { evaluations: 0, must_end: false, best: Best::unknown(start) });
+    let tracked = Tracked { model, number: start.number, stage: task.stage, shared, progress };
+    let Confirmed { converged, restarts } = confirm(&tracked, task)?;
+    let Progress { evaluations, must_end, best } = tracked.progress.into_inner();
     Ok(Start {
-        point,
-        objective: value,
-        evaluations: start.evaluations + count.get(),
-        converged: converged && !ended.get(),
+        point: best.point,
+        objective: best.objective,
+        evaluations: start.evaluations + evaluations,
+        converged: converged && !must_end,
         restarts: start.restarts + restarts,
         ..start.clone()
     })
+}
+
+/// How a search that may have been repeated ended.
+struct Confirmed {
+    converged: bool,
+    restarts: usize,
+}
+
+/// Searches, and then again from the best point with small first simplices, until one of them finds little more.
+fn confirm(tracked: &Tracked<'_>, task: &Task) -> Result<Confirmed> {
+    let mut limits = task.limits;
+    let mut confirmed = Confirmed { converged: false, restarts: 0 };
+    let mut confirmations = 0;
+    loop {
+        let Best { point: from, objective: before } = tracked.progress.borrow().best.clone();
+        limits.evaluations = task.limits.evaluations.saturating_sub(tracked.progress.borrow().evaluations);
+        if limits.evaluations == 0 {
+            return Ok(confirmed);
+        }
+        let seed = task.seed ^ tracked.number as u64;
+        let found = match optimise::minimise(task.optimiser, &|point| tracked.evaluate(point), &from, limits, seed) {
+            Ok(found) => found,
+            Err(Error::Interrupted) if tracked.progress.borrow().must_end => return Ok(confirmed),
+            Err(error) => return Err(error),
+        };
+        confirmed.restarts += found.restarts;
+        confirmed.converged = found.converged;
+        let little = before.is_finite() && found.objective > before - task.limits.cost * before.max(1.0);
+        let enough = confirmations == PARAMS.confirmations || (confirmations > 0 && found.converged && little);
+        if task.confirm <= 0.0 || enough {
+            return Ok(confirmed);
+        }
+        limits.step = task.confirm;
+        confirmations += 1;
+        confirmed.restarts += 1;
+    }
+}
+
+/// The evaluations of one search: recalled where an earlier run made them, noted, and the best of them kept even if an error ends the search.
+struct Tracked<'a> {
+    model: &'a Model<'a>,
+    number: usize,
+    stage: Stage,
+    shared: &'a SearchShared<'a>,
+    progress: RefCell<Progress>,
+}
+
+/// How far a search is.
+struct Progress {
+    evaluations: usize,
+    /// Whether an evaluation was refused since the search must end.
+    must_end: bool,
+    best: Best,
+}
+
+/// The best point so far, and the objective there.
+#[derive(Clone)]
+struct Best {
+    point: Vec<f64>,
+    objective: f64,
+}
+
+impl Best {
+    /// Where a search begins.
+    fn unknown(start: &Start) -> Self {
+        Self { point: start.point.clone(), objective: f64::INFINITY }
+    }
+
+    fn consider(&mut self, point: &[f64], objective: f64) {
+        if objective < self.objective {
+            *self = Self { point: point.to_vec(), objective };
+        }
+    }
+}
+
+impl Tracked<'_> {
+    fn evaluate(&self, point: &[f64]) -> Result<f64> {
+        let Self { model, number: start, stage, shared, .. } = *self;
+        let mut progress = self.progress.borrow_mut();
+        let evaluation = progress.evaluations;
+        let objective = match shared.memory.recall(stage, start, evaluation, point) {
+            Some(known) => Ok(known),
+            None if shared.must_end() => Err(Error::Interrupted),
+            None => model.objective(point, shared.control),
+        };
+        progress.must_end |= matches!(objective, Err(Error::Interrupted));
+        let objective = objective?;
+        progress.evaluations += 1;
+        progress.best.consider(point, objective);
+        shared.note(Entry { stage, start, evaluation, objective, point: point.to_vec() }, model);
+        Ok(objective)
+    }
 }
 
 /// What a descent asks of the model, noted as any evaluation.
@@ -115,7 +151,7 @@ struct Noted<'a> {
     stage: Stage,
     shared: &'a SearchShared<'a>,
     count: AtomicUsize,
-    best: Mutex<(Vec<f64>, f64)>,
+    best: Mutex<Best>,
 }
 
 impl Evaluate for Noted<'_> {
@@ -132,10 +168,7 @@ impl Evaluate for Noted<'_> {
             let objective = evaluated.as_ref().map_or(f64::INFINITY, |e| e.objective);
             // With colours that are held for derivatives it is no candidate.
             if linear.is_none() {
-                let mut best = self.best.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-                if objective < best.1 {
-                    *best = (point.clone(), objective);
-                }
+                self.best.lock().unwrap_or_else(std::sync::PoisonError::into_inner).consider(point, objective);
             }
             shared.note(Entry { stage, start: number, evaluation, objective, point: point.clone() }, model);
             Ok(evaluated)
@@ -145,14 +178,14 @@ impl Evaluate for Noted<'_> {
 
 /// [`search`] by the derivatives of the residuals.
 fn descend(model: &Model<'_>, start: &Start, task: &Task, shared: &SearchShared<'_>) -> Result<Start> {
-    let best = Mutex::new((start.point.clone(), f64::INFINITY));
+    let best = Mutex::new(Best::unknown(start));
     let noted = Noted { model, number: start.number, stage: task.stage, shared, count: AtomicUsize::new(0), best };
     let converged = match descent::descend(model, &start.point, task.limits, &noted) {
         Ok(found) => found.converged,
         Err(Error::Interrupted) => false,
         Err(error) => return Err(error),
     };
-    let (point, objective) = noted.best.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let Best { point, objective } = noted.best.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
     let evaluations = start.evaluations + noted.count.into_inner();
     Ok(Start { point, objective, evaluations, converged, ..start.clone() })
 }

@@ -6,12 +6,12 @@
 //! three times that, since the three channels of a pixel leave the same out. What other samples of the surface would change (`replicates`) is
 //! added to the covariance. The bounds count as knowledge as well, of a standard deviation of `range/√12`: what nothing tells has that one.
 
-use crate::bounded_least_squares::{cholesky, cholesky_solve};
 use crate::residuals::derivatives::{Derivatives, weights};
 use crate::residuals::equations::Evaluated;
 use crate::residuals::model::Model;
 use crate::residuals::unknowns::{UnknownKind, Variable};
 use crate::uncertainty::params::PARAMS;
+use biscale::numerics::linear_algebra::{Cholesky, symmetric_eigenvalues};
 use serde::Serialize;
 
 /// Share of its range from which on a standard deviation means that nothing is known.
@@ -52,6 +52,24 @@ pub struct Known {
 }
 
 impl Known {
+    /// A value within its bounds, of which nothing else is told yet.
+    fn of(value: f64, bounds: [f64; 2]) -> Self {
+        Self {
+            name: String::new(),
+            value,
+            sigma: 0.0,
+            range: bounds[1] - bounds[0],
+            bounds,
+            at_bound: false,
+            not_identified: false,
+            weak: false,
+            sigma_without_close_up: None,
+            from_close_up: false,
+            kind: "parameter",
+            scale: 1.0,
+        }
+    }
+
     /// Takes a standard deviation, a share of the range.
     fn set_sigma(&mut self, share: f64) {
         self.sigma = share * self.scale;
@@ -116,196 +134,190 @@ fn trust(derivatives: &Derivatives, counts: &[f64], photographs: usize) -> Vec<f
     derivatives.groups.iter().map(|&group| worth(group) * sums[group].1 / sums[group].0.max(sums[group].1).max(f64::MIN_POSITIVE)).collect()
 }
 
-/// Inverse of a positive symmetric matrix.
-fn inverse(matrix: &[f64], n: usize) -> Option<Vec<f64>> {
-    let l = cholesky(matrix, n)?;
-    let mut out = vec![0.0; n * n];
-    for j in 0..n {
-        let mut unit = vec![0.0; n];
-        unit[j] = 1.0;
-        for (i, v) in cholesky_solve(&l, &unit).into_iter().enumerate() {
-            out[i * n + j] = v;
-        }
+/// The best point, and what its unknowns and residuals are measured by.
+struct BestPoint<'a> {
+    model: &'a Model<'a>,
+    point: &'a [f64],
+    evaluated: &'a Evaluated,
+    derivatives: &'a Derivatives,
+    /// Residuals there, colours and all, of models with other samples.
+    replicates: &'a [Vec<f64>],
+    /// Ranges of all unknowns in the units of the derivatives.
+    range: Vec<f64>,
+    /// Which linear unknowns lie on a bound of their own, and do not answer to the others.
+    held: Vec<bool>,
+    /// See [`trust`].
+    trust: Vec<f64>,
+}
+
+impl BestPoint<'_> {
+    /// All unknowns.
+    fn total(&self) -> usize {
+        self.range.len()
     }
-    Some(out)
-}
 
-/// Eigenvalues of a symmetric matrix by Jacobi's rotations, ascending.
-fn eigenvalues(matrix: &[f64], n: usize) -> Vec<f64> {
-    let mut a = matrix.to_vec();
-    for _ in 0..60 {
-        let off: f64 = (0..n).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| a[i * n + j].powi(2)).sum();
-        let size: f64 = a.iter().map(|v| v * v).sum();
-        if off <= 1e-30 * size {
-            break;
-        }
-        for p in 0..n {
-            for q in p + 1..n {
-                if a[p * n + q] == 0.0 {
-                    continue;
-                }
-                let theta = (a[q * n + q] - a[p * n + p]) / (2.0 * a[p * n + q]);
-                let t = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
-                let (c, s) = (1.0 / (t * t + 1.0).sqrt(), t / (t * t + 1.0).sqrt());
-                for k in 0..n {
-                    let (x, y) = (a[k * n + p], a[k * n + q]);
-                    (a[k * n + p], a[k * n + q]) = (c * x - s * y, s * x + c * y);
-                }
-                for k in 0..n {
-                    let (x, y) = (a[p * n + k], a[q * n + k]);
-                    (a[p * n + k], a[q * n + k]) = (c * x - s * y, s * x + c * y);
-                }
-            }
-        }
+    /// What a residual is worth where only those that `keep` are told.
+    fn worth(&self, keep: &dyn Fn(usize) -> bool, k: usize) -> f64 {
+        if keep(k) { self.trust[k] } else { 0.0 }
     }
-    let mut values: Vec<f64> = (0..n).map(|i| a[i * n + i]).collect();
-    values.sort_by(f64::total_cmp);
-    values
-}
 
-/// How the unknowns, in units of `range`, answer to what each replicate's residuals differ by from the mean of all; `inverse` is that of the weighted `JᵀJ`.
-fn answers(
-    derivatives: &Derivatives,
-    roots: &[f64],
-    inverse: &[f64],
-    range: &[f64],
-    weight: impl Fn(usize) -> f64,
-    replicates: &[Vec<f64>],
-) -> Vec<Vec<f64>> {
-    let (n, count) = (range.len(), replicates.len() as f64);
-    let mean: Vec<f64> = (0..derivatives.rows.len()).map(|k| replicates.iter().map(|r| r[k]).sum::<f64>() / count).collect();
-    // The mean of the replicates is one of them as well.
-    let unbiased = (count / (count - 1.0).max(1.0)).sqrt();
-    let answer = |replicate: &Vec<f64>| {
-        let mut gradient = vec![0.0; n];
-        for (k, row) in derivatives.rows.iter().enumerate() {
-            let r = unbiased * weight(k) * roots[k] * (replicate[k] - mean[k]);
-            (0..n).for_each(|i| gradient[i] += row[i] * range[i] * r);
-        }
-        (0..n).map(|i| -(0..n).map(|j| inverse[i * n + j] * gradient[j]).sum::<f64>()).collect()
-    };
-    replicates.iter().map(answer).collect()
-}
-
-/// What is known at the best point. `replicates` are the residuals there, colours and all, of models with other samples.
-pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives: &Derivatives, replicates: &[Vec<f64>]) -> Identified {
-    let spec = model.input.spec;
-    let n = point.len();
-    let total = n + best.linear.len();
-    // Ranges in the units of the derivatives: of the box for the search; a colour cannot be more than all, stray light than the picture; an exposure is as large as it is.
-    let range: Vec<f64> = (0..total)
-        .map(|i| match i.checked_sub(n).map(|k| &model.unknowns[k]) {
-            None => 1.0,
-            Some(u) => match u.kind {
-                UnknownKind::Colour(..) => (u.bounds[1] - u.bounds[0]).max(PARAMS.least_range),
-                UnknownKind::StrayLight(p, c) => model.input.photographs[p].mean[c].max(PARAMS.least_range),
-                UnknownKind::Exposure => best.linear[i - n],
-            },
-        })
-        .collect();
-    // What lies on a bound of its own does not answer to the others.
-    let held: Vec<bool> = (0..total)
-        .map(|i| {
-            i.checked_sub(n).is_some_and(|k| {
-                let [low, high] = model.unknowns[k].bounds;
-                best.linear[k] <= low + PARAMS.on_wall * (1.0 + low.abs()) || best.linear[k] >= high - PARAMS.on_wall * (1.0 + high.abs())
-            })
-        })
-        .collect();
-    let count: f64 = best.rows.iter().map(|(row, _)| row.weight).sum::<f64>() + best.fixed.len() as f64;
-    let chi2 = derivatives.residuals.iter().map(|r| r * r).sum::<f64>() / count.max(1.0);
-    let counts: Vec<f64> = best.rows.iter().map(|(row, _)| row.weight).chain(best.fixed.iter().map(|_| 1.0)).collect();
-    let trust = trust(derivatives, &counts, model.input.photographs.len());
-    let covariance = |keep: &dyn Fn(usize) -> bool| {
-        let mut gram = derivatives.gram(&range, |k| if keep(k) { trust[k] } else { 0.0 });
+    /// Covariance of all unknowns in shares of their ranges, from the residuals that `keep` tells; `None` if a matrix is not positive definite.
+    fn covariance(&self, keep: &dyn Fn(usize) -> bool) -> Option<Vec<f64>> {
+        let total = self.total();
+        let mut gram = self.derivatives.gram(&self.range, |k| self.worth(keep, k));
         for i in 0..total {
             for j in 0..total {
-                if (held[i] || held[j]) && i != j {
+                if (self.held[i] || self.held[j]) && i != j {
                     gram[i * total + j] = 0.0;
                 }
             }
             // The bounds, whose knowledge no residual makes worse.
             gram[i * total + i] += PARAMS.bounds_precision;
         }
-        let mut found = inverse(&gram, total)?;
-        let own = found.clone();
-        for answer in answers(derivatives, &weights(best), &own, &range, |k| if keep(k) { trust[k] } else { 0.0 }, replicates) {
-            for i in (0..total).filter(|&i| !held[i]) {
-                for j in (0..total).filter(|&j| !held[j]) {
-                    found[i * total + j] += answer[i] * answer[j] / (replicates.len() as f64);
+        let mut found = Cholesky::new(&gram, total)?.inverse();
+        for answer in self.answers(&found, keep) {
+            for i in (0..total).filter(|&i| !self.held[i]) {
+                for j in (0..total).filter(|&j| !self.held[j]) {
+                    found[i * total + j] += answer[i] * answer[j] / (self.replicates.len() as f64);
                 }
             }
         }
         Some(found)
-    };
-    if total == 0 {
-        return Identified { chi2, condition: 1.0, residuals: count, ..Identified::default() };
     }
-    let has_close_up = derivatives.close_up.contains(&true);
-    let Some(with) = covariance(&|_| true) else { return Identified { chi2, condition: f64::INFINITY, ..Identified::default() } };
-    let without = if has_close_up { covariance(&|k| !derivatives.close_up[k]) } else { None };
-    let known = (0..total)
-        .map(|i| {
-            let share = with[i * total + i].sqrt();
-            let share_without = without.as_ref().map(|w| w[i * total + i].sqrt());
-            let (name, value, bounds, width, kind) = match i.checked_sub(n) {
-                None => {
-                    let variable = &model.variables[i];
-                    let at = |u: f64| variable.at(spec, &model.unknowns, u);
-                    // A parameter that moves by factors is not as wide here as there.
-                    let (low, high) = ((point[i] - PARAMS.at_bound).max(0.0), (point[i] + PARAMS.at_bound).min(1.0));
-                    let local = (at(high) - at(low)) / (high - low);
-                    let kind = if matches!(variable, Variable::Parameter(_)) { "parameter" } else { "light" };
-                    (variable.name(spec, &model.unknowns), at(point[i]), [at(0.0), at(1.0)], local, kind)
-                }
-                Some(k) => {
-                    let u = &model.unknowns[k];
-                    let kind = match u.kind {
-                        UnknownKind::Colour(..) => "colour",
-                        UnknownKind::StrayLight(..) => "veil",
-                        UnknownKind::Exposure => "exposure",
-                    };
-                    let bounds = if kind == "veil" { [0.0, range[i]] } else { u.bounds };
-                    (u.name.clone(), best.linear[k], bounds, range[i], kind)
-                }
-            };
-            let at_bound = match i.checked_sub(n) {
-                None => point[i] < PARAMS.at_bound || point[i] > 1.0 - PARAMS.at_bound,
-                Some(_) => held[i],
-            };
-            let mut known = Known {
-                at_bound,
-                not_identified: false,
-                weak: false,
-                sigma_without_close_up: share_without.map(|s| s * width),
-                from_close_up: share_without
-                    .is_some_and(|s| s > PARAMS.from_close_up * share || (s > NOT_IDENTIFIED && share <= NOT_IDENTIFIED)),
-                range: bounds[1] - bounds[0],
-                name,
-                value,
-                sigma: 0.0,
-                bounds,
-                kind,
-                scale: width,
-            };
-            known.set_sigma(share);
-            known
-        })
-        .collect::<Vec<_>>();
+
+    /// How the unknowns, in units of their ranges, answer to what each replicate's residuals differ by from the mean of all; `inverse` is that of the
+    /// weighted `JᵀJ`.
+    fn answers(&self, inverse: &[f64], keep: &dyn Fn(usize) -> bool) -> Vec<Vec<f64>> {
+        let Self { derivatives, replicates, range, .. } = self;
+        let roots = weights(self.evaluated);
+        let (n, count) = (range.len(), replicates.len() as f64);
+        let mean: Vec<f64> = (0..derivatives.rows.len()).map(|k| replicates.iter().map(|r| r[k]).sum::<f64>() / count).collect();
+        // The mean of the replicates is one of them as well.
+        let unbiased = (count / (count - 1.0).max(1.0)).sqrt();
+        let answer = |replicate: &Vec<f64>| {
+            let mut gradient = vec![0.0; n];
+            for (k, row) in derivatives.rows.iter().enumerate() {
+                let r = unbiased * self.worth(keep, k) * roots[k] * (replicate[k] - mean[k]);
+                (0..n).for_each(|i| gradient[i] += row[i] * range[i] * r);
+            }
+            (0..n).map(|i| -(0..n).map(|j| inverse[i * n + j] * gradient[j]).sum::<f64>()).collect()
+        };
+        replicates.iter().map(answer).collect()
+    }
+
+    /// How well unknown `i` is known, by its standard deviation as a share of the range and that without the close-up.
+    fn known(&self, i: usize, share: f64, share_without: Option<f64>) -> Known {
+        let mut known = match i.checked_sub(self.point.len()) {
+            None => self.known_variable(i),
+            Some(k) => self.known_linear(k, self.range[i], self.held[i]),
+        };
+        known.sigma_without_close_up = share_without.map(|s| s * known.scale);
+        known.from_close_up =
+            share_without.is_some_and(|s| s > PARAMS.from_close_up * share || (s > NOT_IDENTIFIED && share <= NOT_IDENTIFIED));
+        known.set_sigma(share);
+        known
+    }
+
+    /// An unknown of the search, without its standard deviations.
+    fn known_variable(&self, i: usize) -> Known {
+        let (variable, unit) = (&self.model.variables[i], self.point[i]);
+        let at = |u: f64| variable.at(self.model.input.spec, &self.model.unknowns, u);
+        // A parameter that moves by factors is not as wide here as there.
+        let (low, high) = ((unit - PARAMS.at_bound).max(0.0), (unit + PARAMS.at_bound).min(1.0));
+        Known {
+            name: variable.name(self.model.input.spec, &self.model.unknowns),
+            at_bound: !(PARAMS.at_bound..=1.0 - PARAMS.at_bound).contains(&unit),
+            kind: if matches!(variable, Variable::Parameter(_)) { "parameter" } else { "light" },
+            scale: (at(high) - at(low)) / (high - low),
+            ..Known::of(at(unit), [at(0.0), at(1.0)])
+        }
+    }
+
+    /// A linear unknown, without its standard deviations.
+    fn known_linear(&self, k: usize, range: f64, held: bool) -> Known {
+        let unknown = &self.model.unknowns[k];
+        let (kind, bounds) = match unknown.kind {
+            UnknownKind::Colour(..) => ("colour", unknown.bounds),
+            UnknownKind::StrayLight(..) => ("veil", [0.0, range]),
+            UnknownKind::Exposure => ("exposure", unknown.bounds),
+        };
+        let known = Known::of(self.evaluated.linear[k], bounds);
+        Known { name: unknown.name.clone(), at_bound: held, kind, scale: range, ..known }
+    }
+}
+
+/// Ranges of all unknowns in the units of the derivatives: of the box for the search; a colour cannot be more than all, stray light than the picture; an
+/// exposure is as large as it is.
+fn ranges(model: &Model<'_>, variables: usize, best: &Evaluated) -> Vec<f64> {
+    let linear = model.unknowns.iter().zip(&best.linear).map(|(u, value)| match u.kind {
+        UnknownKind::Colour(..) => (u.bounds[1] - u.bounds[0]).max(PARAMS.least_range),
+        UnknownKind::StrayLight(p, c) => model.input.photographs[p].mean[c].max(PARAMS.least_range),
+        UnknownKind::Exposure => *value,
+    });
+    std::iter::repeat_n(1.0, variables).chain(linear).collect()
+}
+
+/// Which unknowns lie on a bound of their own: linear ones only, those of the search move on.
+fn on_walls(model: &Model<'_>, variables: usize, best: &Evaluated) -> Vec<bool> {
+    let linear = model.unknowns.iter().zip(&best.linear).map(|(u, value)| {
+        let [low, high] = u.bounds;
+        *value <= low + PARAMS.on_wall * (1.0 + low.abs()) || *value >= high - PARAMS.on_wall * (1.0 + high.abs())
+    });
+    std::iter::repeat_n(false, variables).chain(linear).collect()
+}
+
+/// Pairs of unknowns whose correlation is over [`CORRELATED`], the largest first.
+fn correlated(known: &[Known], covariance: &[f64]) -> Vec<Correlation> {
+    let n = known.len();
     let mut correlations = Vec::new();
-    for i in 0..total {
+    for i in 0..n {
         for j in 0..i {
-            let correlation = with[i * total + j] / (with[i * total + i] * with[j * total + j]).sqrt();
+            let correlation = covariance[i * n + j] / (covariance[i * n + i] * covariance[j * n + j]).sqrt();
             if correlation.abs() > CORRELATED {
                 correlations.push(Correlation { a: known[j].name.clone(), b: known[i].name.clone(), correlation });
             }
         }
     }
     correlations.sort_by(|a, b| b.correlation.abs().total_cmp(&a.correlation.abs()));
-    let values = eigenvalues(&derivatives.gram(&range, |_| 1.0), total);
-    let (low, high) = (values[0].max(0.0), values[total - 1]);
-    let condition = if low > 0.0 { (high / low).sqrt() } else { f64::INFINITY };
-    Identified { known, correlations, condition, chi2, residuals: count, covariance: with }
+    correlations
+}
+
+/// Largest over smallest singular value of a matrix `A`, from its `AᵀA` of `n` rows; infinite if the smallest is 0.
+fn condition(gram: &[f64], n: usize) -> f64 {
+    let values = symmetric_eigenvalues(gram, n);
+    let (low, high) = (values[0].max(0.0), values[n - 1]);
+    if low > 0.0 { (high / low).sqrt() } else { f64::INFINITY }
+}
+
+/// What is known at the best point. `replicates` are the residuals there, colours and all, of models with other samples.
+pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives: &Derivatives, replicates: &[Vec<f64>]) -> Identified {
+    let counts: Vec<f64> = best.rows.iter().map(|(row, _)| row.weight).chain(best.fixed.iter().map(|_| 1.0)).collect();
+    let residuals: f64 = counts.iter().sum();
+    let chi2 = derivatives.residuals.iter().map(|r| r * r).sum::<f64>() / residuals.max(1.0);
+    let at = BestPoint {
+        model,
+        point,
+        evaluated: best,
+        derivatives,
+        replicates,
+        range: ranges(model, point.len(), best),
+        held: on_walls(model, point.len(), best),
+        trust: trust(derivatives, &counts, model.input.photographs.len()),
+    };
+    let total = at.total();
+    if total == 0 {
+        return Identified { chi2, condition: 1.0, residuals, ..Identified::default() };
+    }
+    let Some(covariance) = at.covariance(&|_| true) else {
+        return Identified { chi2, condition: f64::INFINITY, ..Identified::default() };
+    };
+    let has_close_up = derivatives.close_up.contains(&true);
+    let without = if has_close_up { at.covariance(&|k| !derivatives.close_up[k]) } else { None };
+    let share = |covariance: &[f64], i: usize| covariance[i * total + i].sqrt();
+    let known: Vec<Known> = (0..total).map(|i| at.known(i, share(&covariance, i), without.as_ref().map(|w| share(w, i)))).collect();
+    let correlations = correlated(&known, &covariance);
+    let condition = condition(&derivatives.gram(&at.range, |_| 1.0), total);
+    Identified { known, correlations, condition, chi2, residuals, covariance }
 }
 
 #[cfg(test)]
@@ -314,20 +326,7 @@ mod tests {
 
     #[test]
     fn what_answers_to_an_unknown_that_is_known_worse_is_known_worse_itself() {
-        let known = |name: &str| Known {
-            name: name.to_owned(),
-            value: 1.0,
-            sigma: 0.0,
-            range: 1.0,
-            bounds: [0.0, 1.0],
-            at_bound: false,
-            not_identified: false,
-            weak: false,
-            sigma_without_close_up: None,
-            from_close_up: false,
-            kind: "parameter",
-            scale: 2.0,
-        };
+        let known = |name: &str| Known { name: name.to_owned(), scale: 2.0, ..Known::of(1.0, [0.0, 1.0]) };
         // The first two go together, the third by itself.
         let covariance = vec![4e-4, 3e-4, 0.0, 3e-4, 4e-4, 0.0, 0.0, 0.0, 1e-4];
         let mut found = Identified { known: ["a", "b", "c"].map(known).into(), covariance, ..Identified::default() };
@@ -339,10 +338,10 @@ mod tests {
     }
 
     #[test]
-    fn eigenvalues_of_a_known_matrix() {
-        let values = eigenvalues(&[2.0, -1.0, 0.0, -1.0, 2.0, -1.0, 0.0, -1.0, 2.0], 3);
-        for (value, exact) in values.iter().zip([2.0 - 2.0_f64.sqrt(), 2.0, 2.0 + 2.0_f64.sqrt()]) {
-            assert!((value - exact).abs() < 1e-12, "{values:?}");
-        }
+    fn the_condition_of_a_known_matrix() {
+        // Eigenvalues 2 - √2, 2, 2 + √2.
+        let found = condition(&[2.0, -1.0, 0.0, -1.0, 2.0, -1.0, 0.0, -1.0, 2.0], 3);
+        assert!((found - ((2.0 + 2.0_f64.sqrt()) / (2.0 - 2.0_f64.sqrt())).sqrt()).abs() < 1e-12, "{found}");
+        assert_eq!(condition(&[1.0, 0.0, 0.0, 0.0], 2), f64::INFINITY);
     }
 }

@@ -1,6 +1,5 @@
 //! Profiles: how the objective rises when one unknown is held beside its best value, and all others answer.
 
-use crate::bounded_least_squares::{cholesky, cholesky_solve};
 use crate::parallel::in_parallel;
 use crate::residuals::derivatives::{Derivatives, residuals};
 use crate::residuals::equations::Evaluated;
@@ -10,6 +9,7 @@ use crate::uncertainty::identify::Identified;
 use crate::uncertainty::params::PARAMS;
 use biscale::error::Result;
 use biscale::filter::Control;
+use biscale::numerics::linear_algebra::Cholesky;
 use serde::Serialize;
 
 /// The best objective that is found with one unknown held at some values.
@@ -35,7 +35,8 @@ pub fn profiles(
     model: &Model<'_>,
     point: &[f64],
     best: &Evaluated,
-    (identified, derivatives): (&Identified, &Derivatives),
+    identified: &Identified,
+    derivatives: &Derivatives,
     count: usize,
     control: &Control<'_>,
 ) -> Result<Vec<(usize, Profile)>> {
@@ -117,7 +118,7 @@ fn answer(derivatives: &Derivatives, held: usize, step: f64, residuals: &[f64]) 
             + PARAMS.bounds_precision * f64::from(u8::from(i < derivatives.variables))
             + PARAMS.profile_ridge[1];
     }
-    let mut step_of = cholesky_solve(&cholesky(&gram, n)?, &rhs);
+    let mut step_of = Cholesky::new(&gram, n)?.solve(&rhs);
     step_of[held] = step;
     Some(step_of)
 }

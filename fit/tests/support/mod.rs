@@ -7,8 +7,9 @@ pub mod scene;
 
 use biscale::filter::Control;
 use biscale::material::{Material, SmallScale};
+use biscale::numerics::colour::{linear_to_srgb, srgb_to_linear};
 use biscale::numerics::low_discrepancy::{fraction, gaussian, hash, sobol_2d};
-use biscale::render::{Picture, linear_to_srgb};
+use biscale::render::Picture;
 use biscale::toml_reader::Source;
 use biscale::visibility::{Occlusion, PeriodicBvh, Traced};
 use glam::{DMat3, DVec3};
@@ -219,7 +220,7 @@ fn coded(picture: &mut Picture, top: f64) {
             let coefficients: Vec<f64> = (0..64).map(coefficient).collect();
             for k in 0..64 {
                 let v = ((0..64).map(|f| wave(f, k) * coefficients[f]).sum::<f64>() + 128.0).round().clamp(0.0, 255.0);
-                picture.rgb[at(k)][c] = (biscale::image_file::srgb_to_linear(v / 255.0) * top) as f32;
+                picture.rgb[at(k)][c] = (srgb_to_linear(v / 255.0) * top) as f32;
             }
         }
     }
@@ -228,7 +229,7 @@ fn coded(picture: &mut Picture, top: f64) {
 fn quantised(v: f64, top: f64, bits: Option<u32>) -> f64 {
     match bits {
         None => v,
-        Some(8) => biscale::image_file::srgb_to_linear((255.0 * linear_to_srgb(v / top)).round() / 255.0) * top,
+        Some(8) => srgb_to_linear((255.0 * linear_to_srgb(v / top)).round() / 255.0) * top,
         Some(bits) => {
             let steps = f64::from((1_u32 << bits) - 1);
             (v / top * steps).round().clamp(0.0, steps) / steps * top

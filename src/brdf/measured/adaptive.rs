@@ -16,6 +16,7 @@
 use super::real::{Real, cell, combine, cross, dot};
 use crate::error::{BadInput, Error, Result};
 use crate::formats::rgl::{Channels, Rgl, Tensor};
+use crate::numerics::stable_bytes::StableBytes;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::Path;
 
@@ -43,6 +44,21 @@ pub(super) struct Adaptive {
 }
 
 impl Adaptive {
+    /// See [`Brdf::write`](super::super::Brdf::write).
+    pub fn write(&self, out: &mut StableBytes<'_>) {
+        let single = |out: &mut StableBytes<'_>, v: &f32| out.singles(&[*v]);
+        let sizes = self.warp_size.into_iter().chain(self.size);
+        sizes.for_each(|n| out.whole(n as u64));
+        out.list(&self.theta, single);
+        [&self.warp, &self.rows].into_iter().for_each(|pairs| out.list(pairs, |out, pair| out.singles(pair)));
+        out.list(&self.rgb, |out, rgb| out.singles(rgb));
+        out.option(self.jacobian.as_ref(), |out, (ndf, sigma)| {
+            out.list(&ndf.shape, |out, n| out.whole(*n as u64));
+            out.list(&ndf.values, single);
+            out.list(sigma, single);
+        });
+    }
+
     /// What a facet needs of a file that was read from `path`.
     ///
     /// # Errors

@@ -12,6 +12,7 @@
 use super::half_angle::{HalfDifference, Halfway};
 use super::real::Real;
 use crate::error::BadInput;
+use crate::numerics::stable_bytes::StableBytes;
 use crate::simd::{Kernel, LANES, Lanes};
 
 /// Units of the two hidden layers.
@@ -47,6 +48,13 @@ pub(super) struct Network {
 }
 
 impl Network {
+    /// See [`Brdf::write`](super::super::Brdf::write).
+    pub fn write(&self, out: &mut StableBytes<'_>) {
+        let rows = self.w1.iter().chain([&self.b1]).chain(&self.w2).chain([&self.b2]).chain(&self.w3);
+        rows.for_each(|row| out.singles(row));
+        out.singles(&self.b3);
+    }
+
     /// The built-in fit of this name.
     pub fn named(name: &str) -> Result<Self, BadInput> {
         let place = fit_names().position(|n| n == name).ok_or_else(|| unknown(name))?;

@@ -6,6 +6,7 @@ use super::network::{Network, Plain};
 use super::real::{Real, dot};
 use crate::error::{BadInput, Result};
 use crate::formats::{merl, rgl};
+use crate::numerics::stable_bytes::StableBytes;
 use crate::simd::{self, LANES, Lanes};
 use glam::{DVec3, Vec3};
 use std::path::Path;
@@ -119,6 +120,25 @@ impl Measured {
     pub fn fit(name: &str, scale: f64) -> Result<Self, BadInput> {
         let table = Table::Fit(Box::new(Network::named(name)?));
         Ok(Self::new(name.to_owned(), String::new(), scale, table))
+    }
+
+    /// See [`Brdf::write`](super::super::Brdf::write).
+    pub(in super::super) fn write(&self, out: &mut StableBytes<'_>) {
+        out.reals(&[self.scale]);
+        match &*self.table {
+            Table::Merl(merl) => {
+                out.tag(1);
+                out.list(&merl.rgb, |out, rgb| out.singles(rgb));
+            }
+            Table::Rgl(table) => {
+                out.tag(2);
+                table.write(out);
+            }
+            Table::Fit(network) => {
+                out.tag(3);
+                network.write(out);
+            }
+        }
     }
 
     fn new(label: String, description: String, scale: f64, table: Table) -> Self {

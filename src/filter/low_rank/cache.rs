@@ -10,8 +10,8 @@ use crate::brdf::Brdf;
 use crate::error::{Error, Result};
 use crate::filter::plan::{LARGEST_MAPS, MapSides};
 use crate::filter::quality::MatrixCache;
+use crate::numerics::stable_bytes::StableBytes;
 use faer::Mat;
-use std::fmt::{self, Write as _};
 use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -19,6 +19,8 @@ use std::time::SystemTime;
 
 /// First bytes of a file: the format and its version.
 const MAGIC: &[u8; 12] = b"biscale-m\0\0\x02";
+/// Version of what a [`key`] is taken of, and of the computation: changes where the same BRDF and settings give another matrix than before.
+const KEY_VERSION: u64 = 3;
 /// Ending of a file's name.
 const ENDING: &str = "m";
 /// Bytes of a hash.
@@ -49,21 +51,17 @@ pub(super) enum CacheLookup {
     Unusable(String),
 }
 
-/// The hash of all that a matrix is computed from.
+/// The hash of all that a matrix is computed from: [`KEY_VERSION`], the settings, the BRDF.
 fn key(brdf: &Brdf, settings: &Settings) -> blake3::Hash {
-    /// Hashes text as it is written: that of a table is long.
-    struct Hashed(blake3::Hasher);
-    impl fmt::Write for Hashed {
-        fn write_str(&mut self, s: &str) -> fmt::Result {
-            self.0.update(s.as_bytes());
-            Ok(())
-        }
-    }
-    let mut text = Hashed(blake3::Hasher::new());
-    text.0.update(MAGIC);
-    // The debug form of a number is the shortest that reads back to the same bits.
-    write!(text, "{settings:?} {brdf:?}").expect("hashing does not fail");
-    text.0.finalize()
+    let mut hasher = blake3::Hasher::new();
+    let mut add = |bytes: &[u8]| {
+        hasher.update(bytes);
+    };
+    let mut out = StableBytes::new(&mut add);
+    out.whole(KEY_VERSION);
+    settings.write(&mut out);
+    brdf.write(&mut out);
+    hasher.finalize()
 }
 
 impl MatrixCache {

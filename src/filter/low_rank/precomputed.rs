@@ -11,6 +11,7 @@ use crate::error::Result;
 use crate::filter::plan::MapSides;
 use crate::numerics::cast::narrow;
 use crate::numerics::randomized_svd::{self, Iteration, Params, Rows};
+use crate::numerics::stable_bytes::StableBytes;
 use faer::Mat;
 use glam::DVec3;
 use std::cell::Cell;
@@ -37,6 +38,20 @@ pub struct Settings {
     pub energy: f64,
     /// Seed of the random vectors: always the same in the paper.
     pub seed: u64,
+}
+
+impl Settings {
+    /// All of them, for a hash that is kept in files.
+    pub(super) fn write(&self, out: &mut StableBytes<'_>) {
+        let Self { projection, least_directions, largest, energy, seed } = self;
+        out.tag(match projection {
+            Projection::Paraboloid => 1,
+            Projection::EqualArea => 2,
+        });
+        [*least_directions, largest.directions, largest.normals].into_iter().for_each(|n| out.whole(n as u64));
+        out.reals(&[*energy]);
+        out.whole(*seed);
+    }
 }
 
 /// A compressed `M` of one BRDF.

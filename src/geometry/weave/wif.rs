@@ -202,7 +202,7 @@ impl Sections {
             if [r, g, b].iter().any(|v| !(low..=high).contains(v)) {
                 return Err(entry.bad("is outside the palette's range", &format!("write numbers from {low} to {high}")));
             }
-            let linear = [r, g, b].map(|v| crate::image_file::srgb_to_linear((v - low) / (high - low)));
+            let linear = [r, g, b].map(|v| crate::numerics::colour::srgb_to_linear((v - low) / (high - low)));
             palette.insert(place, linear);
         }
         Ok(palette)

@@ -3,16 +3,15 @@
 use crate::common::figure::Svg;
 use crate::common::output::{self, Target};
 use crate::common::pairs::COLUMNS;
-use biscale::brdf::Brdf;
 use biscale::direction::Pair;
 use biscale::error::{BadInput, Error, Result};
 use biscale::material::{SmallScale, Tint};
+use biscale::numerics::hash::Fnv1a;
+use biscale::numerics::stable_bytes::StableBytes;
 use biscale::study::{Asked, Truth};
-use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::fmt::Write as _;
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 
 /// What the study asks; it goes on only where this is the same.
@@ -47,49 +46,49 @@ pub struct StudyIdentity {
     pub truth: String,
 }
 
+/// A hash in digits of what is written: the same on every machine and with every compiler, since `study.json` keeps it.
+fn hash_of(write: impl FnOnce(&mut StableBytes<'_>)) -> String {
+    let mut hash = Fnv1a::default();
+    let mut add = |bytes: &[u8]| hash.add(bytes);
+    write(&mut StableBytes::new(&mut add));
+    format!("{:016x}", hash.value())
+}
+
 /// A hash of the geometry and of what covers it.
 pub fn hash_of_surface(small: &SmallScale) -> String {
-    let mut hasher = DefaultHasher::new();
-    let numbers = |hasher: &mut DefaultHasher, numbers: &[f64]| numbers.iter().for_each(|x| x.to_bits().hash(hasher));
     let tile = &small.tile;
-    numbers(&mut hasher, &tile.period.to_array());
-    tile.vertices.iter().for_each(|v| numbers(&mut hasher, &v.to_array()));
-    tile.triangles.hash(&mut hasher);
-    for uv in tile.uv.iter().flatten().flatten() {
-        numbers(&mut hasher, &uv.to_array());
-    }
-    small.surface_of_triangle.hash(&mut hasher);
-    for surface in &small.surfaces {
-        match &surface.tint {
-            Tint::Uniform(tint) => numbers(&mut hasher, tint),
-            Tint::Image(image) => {
-                [image.width, image.height].hash(&mut hasher);
-                image.pixels.iter().flatten().for_each(|x| x.to_bits().hash(&mut hasher));
-            }
-        }
-        match &surface.brdf {
-            // A table is told by its values: those of a few hundred pairs.
-            brdf @ Brdf::Measured(_) => {
-                for pair in biscale::study::list(256, 0).pairs {
-                    numbers(&mut hasher, &brdf.eval(DVec3::Z, pair.wi, pair.wo));
+    hash_of(|out| {
+        out.reals(&tile.period.to_array());
+        out.list(&tile.vertices, |out, v| out.reals(&v.to_array()));
+        out.list(&tile.triangles, |out, corners| corners.iter().for_each(|&k| out.whole(k.into())));
+        out.option(tile.uv.as_ref(), |out, uv| {
+            out.list(uv, |out, corners| corners.iter().for_each(|uv| out.reals(&uv.to_array())));
+        });
+        out.list(&small.surface_of_triangle, |out, &k| out.whole(u64::from(k)));
+        out.list(&small.surfaces, |out, surface| {
+            match &surface.tint {
+                Tint::Uniform(tint) => {
+                    out.tag(1);
+                    out.reals(tint);
+                }
+                Tint::Image(image) => {
+                    out.tag(2);
+                    out.whole(image.width as u64);
+                    out.list(&image.pixels, |out, pixel| out.singles(pixel));
                 }
             }
-            brdf => format!("{brdf:?}").hash(&mut hasher),
-        }
-    }
-    format!("{:016x}", hasher.finish())
+            surface.brdf.write(out);
+        });
+    })
 }
 
 /// A hash of the pairs of some questions.
 pub fn hash_of_pairs<'a>(questions: impl Iterator<Item = &'a [Pair]>) -> String {
-    let mut hasher = DefaultHasher::new();
-    for pairs in questions {
-        pairs.len().hash(&mut hasher);
-        for x in pairs.iter().flat_map(|p| [p.wi, p.wo]).flat_map(|w| w.to_array()) {
-            x.to_bits().hash(&mut hasher);
+    hash_of(|out| {
+        for pairs in questions {
+            out.list(pairs, |out, pair| [pair.wi, pair.wo].into_iter().for_each(|w| out.reals(&w.to_array())));
         }
-    }
-    format!("{:016x}", hasher.finish())
+    })
 }
 
 impl StudyIdentity {
