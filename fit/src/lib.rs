@@ -14,7 +14,6 @@
 
 pub mod bounded_least_squares;
 pub mod fit_file;
-mod near_paths;
 pub mod parallel;
 pub mod photograph;
 pub mod residuals;

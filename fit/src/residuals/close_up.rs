@@ -1,12 +1,12 @@
 //! Residuals of the close-up: its mean period place by place, or else the cover, the light and the tones of each of its colour clusters,
 //! against one period of the model.
 
-use crate::near_paths;
 use crate::photograph::close_up::{CloseUp, ColourCluster};
 use crate::photograph::mean_period::MeanPeriod;
 use crate::residuals::block::ResidualBlock;
 use crate::residuals::colour_basis::ColourBasis;
 use crate::residuals::equations::{Equations, Origin, Row};
+use crate::residuals::near_interreflection;
 use crate::residuals::params::PARAMS;
 use crate::residuals::registration::Windows;
 use crate::residuals::tile_view::{ClusterView, TileView};
@@ -18,7 +18,7 @@ const LEAST_SPREAD: f64 = 1e-9;
 /// What of the close-up is compared.
 #[derive(Clone, Copy, Debug)]
 pub enum Comparison<'a> {
-    /// The light of all pixels together: nothing is known of the colours yet that they could be sorted by.
+    /// The light of all pixels together: nothing is known of the colours yet that they could be clustered by.
     WholeLight,
     /// Its colour clusters, where the model's pixels belong to the surface that each shows most of.
     ClustersBySurface,
@@ -42,8 +42,8 @@ pub struct NearInterreflection<'a> {
     pub whole: [f64; 3],
     /// The part of each colour cluster.
     pub clusters: &'a [[f64; 3]],
-    /// Place by place of the model's period; empty where it was not traced so.
-    pub places: &'a [[f64; 3]],
+    /// Texel by texel of the model's period; empty where it was not traced so.
+    pub texels: &'a [[f64; 3]],
     /// Standard deviation of it at a place, over all light there.
     pub sigma: f64,
 }
@@ -102,35 +102,42 @@ impl CloseUpResiduals<'_> {
         let close_up = self.close_up;
         let apart = close_up.tells_surfaces_apart(basis.small.surfaces.len());
         let radiance = basis.radiance(close_up.irradiance, guess);
-        let parts = self.view.sorted(&radiance, apart.then_some(self.surfaces), guess.is_some());
+        let parts = self.view.clustered(&radiance, apart.then_some(self.surfaces), guess.is_some());
         for (k, (cluster, part)) in close_up.clusters.iter().zip(&parts).enumerate() {
             if apart {
-                equations.fixed.push((part.cover - cluster.cover) / PARAMS.cover);
+                equations.fixed.push(((part.cover - cluster.cover) / PARAMS.cover, Origin::CloseUp));
             }
             if !close_up.exposure_known {
                 continue;
             }
             let part_of = if apart { self.interreflection.clusters.get(k) } else { None };
-            let interreflection = part_of.unwrap_or(&self.interreflection.whole);
-            let extra: [f64; 3] = std::array::from_fn(|c| close_up.irradiance[c] * interreflection[c]);
+            let share = part_of.unwrap_or(&self.interreflection.whole);
+            let interreflection: [f64; 3] = std::array::from_fn(|c| close_up.irradiance[c] * share[c]);
             for c in 0..3 {
                 let (terms, known) = basis.terms(|slot| close_up.irradiance[c] * part.light[slot][c], c);
                 let sigma = self.sigma(PARAMS.cluster_light) * spread(cluster.light, c);
-                let row = Row { terms, known: known + extra[c], value: cluster.light[c], sigma, weight: 1.0 };
+                let row = Row { terms, known: known + interreflection[c], value: cluster.light[c], sigma, weight: 1.0 };
                 equations.rows.push((row, Origin::CloseUp));
             }
-            let extra = extra.map(|e| e / cluster.cover.max(PARAMS.least_cover));
-            self.add_tones(cluster, part, extra, basis, equations);
+            let radiance = interreflection.map(|i| i / cluster.cover.max(PARAMS.least_cover));
+            self.add_tones(cluster, part, radiance, basis, equations);
         }
     }
 
-    /// The tones of a colour cluster, to whose radiance `extra` is added.
-    fn add_tones(&self, cluster: &ColourCluster, part: &ClusterView, extra: [f64; 3], basis: &ColourBasis<'_>, equations: &mut Equations) {
+    /// The tones of a colour cluster, to whose radiance `interreflection` is added.
+    fn add_tones(
+        &self,
+        cluster: &ColourCluster,
+        part: &ClusterView,
+        interreflection: [f64; 3],
+        basis: &ColourBasis<'_>,
+        equations: &mut Equations,
+    ) {
         for (b, tone) in cluster.tones.iter().enumerate() {
             for c in 0..3 {
                 let (terms, known) = basis.terms(|slot| self.close_up.irradiance[c] * part.tones[slot][b][c], c);
                 let sigma = self.sigma(PARAMS.cluster_tone) * spread(*tone, c);
-                let row = Row { terms, known: known + extra[c], value: tone[c], sigma, weight: PARAMS.tone_weight };
+                let row = Row { terms, known: known + interreflection[c], value: tone[c], sigma, weight: PARAMS.tone_weight };
                 equations.rows.push((row, Origin::CloseUp));
             }
         }
@@ -141,14 +148,15 @@ impl CloseUpResiduals<'_> {
         let irradiance = self.close_up.irradiance;
         let windows = Windows::new(self.view.size, mean.size, shift);
         let shares: Vec<Vec<[f64; 3]>> = self.view.basis.iter().map(|s| windows.of(s)).collect();
-        let places = self.interreflection.places;
-        let extra = if places.is_empty() { Vec::new() } else { Windows::new(near_paths::SIZE, mean.size, shift).of(places) };
+        let texels = self.interreflection.texels;
+        let interreflection =
+            if texels.is_empty() { Vec::new() } else { Windows::new(near_interreflection::SIZE, mean.size, shift).of(texels) };
         let scales = basis.position(UnknownKind::Exposure);
         let weight = PARAMS.mean_period_weight / (3 * mean.mean.len()) as f64;
         for (place, (&value, &sigma)) in mean.mean.iter().zip(&mean.sigma).enumerate() {
             for c in 0..3 {
                 let (mut terms, known) = basis.terms(|slot| irradiance[c] * shares[slot][place][c], c);
-                let known = known + extra.get(place).map_or(0.0, |e| irradiance[c] * e[c]);
+                let known = known + interreflection.get(place).map_or(0.0, |i| irradiance[c] * i[c]);
                 let weight = if mean.count[place] > 0.0 { weight } else { 0.0 };
                 let sigma = exposure * self.doubt * sigma[c].hypot(self.interreflection.sigma * value[c]);
                 // What is seen is known up to the exposure, which then belongs on the left.
@@ -189,7 +197,7 @@ mod tests {
 
     const SIZE: [usize; 2] = [12, 1];
     const SHIFT: [f64; 2] = [0.3, 0.0];
-    const NONE: NearInterreflection<'_> = NearInterreflection { traced: false, whole: [0.0; 3], clusters: &[], places: &[], sigma: 0.0 };
+    const NONE: NearInterreflection<'_> = NearInterreflection { traced: false, whole: [0.0; 3], clusters: &[], texels: &[], sigma: 0.0 };
 
     fn view(grooves: &Grooves) -> TileView {
         let cancel = std::sync::atomic::AtomicBool::new(false);
@@ -253,18 +261,21 @@ mod tests {
         let view = view(&grooves);
         let mut close_up = close_up(&grooves, &view, 1.0);
         let radiance = grooves.basis().radiance(close_up.irradiance, None);
-        let parts = view.sorted(&radiance, Some(&[0, 1]), false);
+        let parts = view.clustered(&radiance, Some(&[0, 1]), false);
         // Each cluster as the model's own surface shows it.
-        let seen = |shares: &[[f64; 3]]| std::array::from_fn(|c| (0..2).map(|k| radiance[k][c] * shares[k][c]).sum());
+        let radiance_of = |shares: &[[f64; 3]]| std::array::from_fn(|c| (0..2).map(|k| radiance[k][c] * shares[k][c]).sum());
         let cluster = |part: &ClusterView| ColourCluster {
             cover: part.cover,
-            light: seen(&part.light),
+            light: radiance_of(&part.light),
             colour: [0.0; 3],
-            tones: (0..part.tones[0].len()).map(|b| seen(&part.tones.iter().map(|t| t[b]).collect::<Vec<_>>())).collect(),
+            tones: (0..part.tones[0].len()).map(|b| radiance_of(&part.tones.iter().map(|t| t[b]).collect::<Vec<_>>())).collect(),
         };
         close_up.clusters = parts.iter().map(cluster).collect();
         let found = equations(&grooves, &close_up, &view, Comparison::ClustersBySurface);
-        assert_eq!((found.fixed.clone(), found.rows.len()), (vec![0.0; 2], 2 * 3 * (1 + close_up.clusters[0].tones.len())));
+        assert_eq!(
+            (found.fixed.clone(), found.rows.len()),
+            (vec![(0.0, Origin::CloseUp); 2], 2 * 3 * (1 + close_up.clusters[0].tones.len()))
+        );
         let solved = solve(found, &[0.0; 3], &[1.0; 3]);
         assert!((solved.linear[2] - 0.5).abs() < 1e-6 && solved.objective < 1e-12, "{:?}", solved.linear);
         let whole = solve(equations(&grooves, &close_up, &view, Comparison::WholeLight), &[0.0; 3], &[1.0; 3]);

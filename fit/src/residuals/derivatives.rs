@@ -25,7 +25,7 @@ pub struct Derivatives {
 
 /// All residuals of an evaluation, in standard deviations.
 pub fn residuals(evaluated: &Evaluated) -> Vec<f64> {
-    evaluated.rows.iter().map(|(row, _)| evaluated.residual(row)).chain(evaluated.fixed.iter().copied()).collect()
+    evaluated.rows.iter().map(|(row, _)| evaluated.residual(row)).chain(evaluated.fixed.iter().map(|(r, _)| *r)).collect()
 }
 
 /// The points at which residuals tell derivatives: a step back and a step on along each unknown of the search.
@@ -40,7 +40,7 @@ pub fn difference_points(point: &[f64]) -> Vec<Vec<f64>> {
 
 /// The derivatives at a point.
 ///
-/// The rows of bins are linear in the colours; those of the close-up are so only as long as its pixels are sorted alike. How they are sorted answers to
+/// The rows of bins are linear in the colours; those of the close-up are so only as long as its pixels are clustered alike. How they are clustered answers to
 /// the colours as well, and takes part of what a colour does away again: there the derivative is that of a step.
 ///
 /// # Errors
@@ -108,16 +108,14 @@ pub fn derivatives_of(model: &Model<'_>, point: &[f64], best: &Evaluated, moved:
             rows[k][n + j] += a / row.sigma;
         }
     }
-    let mut close_up: Vec<bool> = best.rows.iter().map(|(_, origin)| *origin == Origin::CloseUp).collect();
-    let covers = model.covers();
-    close_up.extend((0..best.fixed.len()).map(|k| k < covers));
+    let close_up: Vec<bool> = best.origins().map(|origin| origin == Origin::CloseUp).collect();
     let photographs = model.input.photographs.len();
-    let group = |k: usize| match best.rows.get(k).map(|(_, origin)| *origin) {
-        Some(Origin::Bin(p, ..)) => p,
-        _ if close_up[k] => photographs,
-        _ => photographs + 1,
+    let group = |origin| match origin {
+        Origin::Bin(p, ..) => p,
+        Origin::CloseUp => photographs,
+        Origin::Prior => photographs + 1,
     };
-    let groups = (0..rows.len()).map(group).collect();
+    let groups = best.origins().map(group).collect();
     let weights = weights(best);
     for (row, w) in rows.iter_mut().zip(&weights) {
         row.iter_mut().for_each(|v| *v *= w);

@@ -113,8 +113,8 @@ mod tests {
 
     #[test]
     fn interreflection_is_added_times_the_irradiance() {
-        let extra = [vec![[0.0; 3]], vec![[0.0; 3], [0.1, 0.2, 0.3]]];
-        let (without, with) = (rows(false, None), rows(false, Some(&extra)));
+        let interreflection = [vec![[0.0; 3]], vec![[0.0; 3], [0.1, 0.2, 0.3]]];
+        let (without, with) = (rows(false, None), rows(false, Some(&interreflection)));
         for c in 0..3 {
             let added = with[6 + c].0.known - without[6 + c].0.known;
             assert!((added - [0.2, 0.6, 1.2][c]).abs() < 1e-12, "{added}");

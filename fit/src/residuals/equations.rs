@@ -27,16 +27,16 @@ pub struct Row {
 pub struct Equations {
     /// Rows with their origins.
     pub rows: Vec<(Row, Origin)>,
-    /// Residuals that do not depend on the unknowns, in standard deviations.
-    pub fixed: Vec<f64>,
+    /// Residuals that do not depend on the unknowns, in standard deviations, with their origins.
+    pub fixed: Vec<(f64, Origin)>,
 }
 
-/// Where a row comes from.
+/// Where a row, or a residual that no unknown changes, comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
     /// A bin of a distant photograph: photograph, bin, channel.
     Bin(usize, usize, usize),
-    /// A light of the close-up: of a cluster, of a tone, or of a bin of its mean period.
+    /// The close-up: the light of a cluster, of a tone, or of a bin of its mean period; the cover of a cluster.
     CloseUp,
     /// Something known beforehand.
     Prior,
@@ -51,8 +51,8 @@ pub struct Evaluated {
     pub linear: Vec<f64>,
     /// All rows with their origins.
     pub rows: Vec<(Row, Origin)>,
-    /// Residuals of what does not depend on the unknowns: covers and priors of parameters, in standard deviations.
-    pub fixed: Vec<f64>,
+    /// Residuals of what does not depend on the unknowns: covers and priors of parameters, in standard deviations, with their origins.
+    pub fixed: Vec<(f64, Origin)>,
 }
 
 impl Evaluated {
@@ -60,6 +60,11 @@ impl Evaluated {
     pub fn residual(&self, row: &Row) -> f64 {
         let sum: f64 = row.terms.iter().map(|&(i, a)| a * self.linear[i]).sum();
         (sum + row.known - row.value) / row.sigma
+    }
+
+    /// The origins of all residuals: those of the rows, then those that no unknown changes.
+    pub fn origins(&self) -> impl Iterator<Item = Origin> {
+        self.rows.iter().map(|(_, origin)| *origin).chain(self.fixed.iter().map(|(_, origin)| *origin))
     }
 
     /// The radiance that the model shows in the bins of a distant photograph.
@@ -97,7 +102,7 @@ pub fn huber_weight(r: f64) -> f64 {
 /// The unknowns that make Huber's loss of the rows least, by reweighted least squares.
 pub fn solve(Equations { rows, fixed }: Equations, lower: &[f64], upper: &[f64]) -> Evaluated {
     let count = (rows.iter().map(|(row, _)| row.weight).sum::<f64>() + fixed.len() as f64).max(1e-9);
-    let constant: f64 = fixed.iter().map(|&r| huber(r)).sum();
+    let constant: f64 = fixed.iter().map(|&(r, _)| huber(r)).sum();
     let mut best = Evaluated { objective: f64::INFINITY, linear: vec![0.0; lower.len()], rows, fixed };
     let mut weights = vec![1.0; best.rows.len()];
     for _ in 0..PARAMS.huber_rounds {
@@ -127,7 +132,7 @@ mod tests {
     fn one_outlier_counts_linearly_and_hardly_moves_the_answer() {
         let row = |value| (Row { terms: vec![(0, 1.0)], known: 0.5, value, sigma: 0.01, weight: 1.0 }, Origin::Prior);
         let rows = vec![row(0.8), row(0.8), row(0.8), row(0.8), row(1.4)];
-        let found = solve(Equations { rows, fixed: vec![1.0] }, &[0.0], &[1.0]);
+        let found = solve(Equations { rows, fixed: vec![(1.0, Origin::Prior)] }, &[0.0], &[1.0]);
         // Four residuals of x pull as much as the outlier does: 4 x = 2.5.
         assert!((found.linear[0] - (0.3 + 0.01 * 2.5 / 4.0)).abs() < 1e-6, "{found:?}");
         let r = found.residual(&found.rows[4].0);

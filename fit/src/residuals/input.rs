@@ -3,9 +3,9 @@
 use crate::fit_file::assignment::{Assignment, assign};
 use crate::fit_file::spec::Spec;
 use crate::fit_file::variant::Variant;
-use crate::near_paths::Seen;
 use crate::photograph::close_up::CloseUp;
 use crate::photograph::direction_bins::DirectionBins;
+use crate::residuals::near_interreflection::InterreflectionView;
 use biscale::error::Result;
 use biscale::material::MaterialValues;
 
@@ -20,15 +20,17 @@ pub struct Level {
 
 /// Light that was reflected more than once, as it was found for one state of the material: kept while the search moves.
 #[derive(Clone, Debug, Default)]
-pub struct Indirect {
+pub struct Interreflection {
     /// For each distant photograph and direction bin its radiance over irradiance.
     pub bins: Vec<Vec<[f64; 3]>>,
-    /// In the close-up, all colour clusters together; nothing where it is compared place by place.
+    /// In the close-up, all colour clusters together; nothing where it is compared texel by texel.
     pub close_up: [f64; 3],
     /// For each colour cluster of the close-up its share of that.
     pub clusters: Vec<[f64; 3]>,
-    /// In the close-up place by place of a period, as each of its viewers sees it, if that is how it is compared.
-    pub near: Vec<Seen>,
+    /// In the close-up texel by texel of a period, as each of its viewers sees it, if that is how it is compared.
+    pub near: Vec<InterreflectionView>,
+    /// What the user should know.
+    pub notes: Vec<String>,
 }
 
 /// Photographs as tables, and the question that they are to answer.
@@ -43,7 +45,7 @@ pub struct ModelInput<'a> {
     /// Which surface each colour cluster of the close-up is, and what else is no number that moves.
     pub variant: &'a Variant,
     /// What is added to direct light.
-    pub indirect: Option<&'a Indirect>,
+    pub interreflection: Option<&'a Interreflection>,
     /// Whether the surface has no gaps.
     pub opaque: bool,
 }

@@ -134,11 +134,6 @@ impl<'a> Model<'a> {
         self.variables.extend(colours.map(Variable::Linear));
     }
 
-    /// How many residuals [`Evaluated::fixed`] begins with that come from the close-up.
-    pub fn covers(&self) -> usize {
-        self.near.as_ref().map_or(0, NearModel::covers)
-    }
-
     /// The parameters' values, and the lights' angles, at a point of the unit box.
     pub fn state(&self, point: &[f64]) -> State {
         let spec = self.input.spec;
@@ -279,7 +274,7 @@ impl<'a> Model<'a> {
             photographs: self.input.photographs,
             basis_reflectance: &seen.basis_reflectance,
             opaque: self.input.opaque,
-            interreflection: self.input.indirect.map(|indirect| &indirect.bins[..]),
+            interreflection: self.input.interreflection.map(|found| &found.bins[..]),
         };
         let close_up = self.near.as_ref().zip(seen.view.as_ref()).map(|(near, view)| near.residuals(view, comparison));
         let priors = Priors {

@@ -1,12 +1,12 @@
-//! One period of the model as the close-up sees it, and where the close-up's mean period lies on it.
+//! One period of the model as the close-up sees it, and where the close-up's mean period is registered on it.
 
 use crate::fit_file::variant::{SIDES_KEY, own_sides};
-use crate::near_paths;
 use crate::photograph::close_up::CloseUp;
 use crate::photograph::mean_period::MeanPeriod;
 use crate::residuals::close_up::{CloseUpResiduals, Comparison, NearInterreflection};
 use crate::residuals::colour_basis::ColourBasis;
-use crate::residuals::input::{Indirect, ModelInput, Sampling};
+use crate::residuals::input::{Interreflection, ModelInput, Sampling};
+use crate::residuals::near_interreflection;
 use crate::residuals::params::PARAMS;
 use crate::residuals::registration::{self, Windows};
 use crate::residuals::tile_view::{TileView, ViewParams};
@@ -26,7 +26,7 @@ pub(crate) struct NearModel<'a> {
     pub(crate) doubt: f64,
     /// Height at which the periods of the close-up were registered.
     height: f64,
-    /// Interreflection place by place of the period, at that height.
+    /// Interreflection texel by texel of the period, at that height.
     interreflection: Vec<[f64; 3]>,
 }
 
@@ -52,8 +52,8 @@ impl<'a> NearModel<'a> {
     /// Registers the periods of the close-up at a height.
     pub(crate) fn register_at(&mut self, height: f64) {
         self.height = height;
-        self.interreflection = match self.input.indirect {
-            Some(indirect) if !indirect.near.is_empty() => near_paths::laid_at(&indirect.near, height),
+        self.interreflection = match self.input.interreflection {
+            Some(found) if !found.near.is_empty() => near_interreflection::registered_at(&found.near, height),
             _ => Vec::new(),
         };
     }
@@ -122,7 +122,7 @@ impl<'a> NearModel<'a> {
         self.slots.iter().enumerate().map(colour).collect()
     }
 
-    /// The shifts at which the model's period may lie on that of the close-up, as far as the colours of the clusters tell.
+    /// The shifts at which the model's period may be registered with that of the close-up, as far as the colours of the clusters tell.
     pub(crate) fn coarse_shifts(&self, view: &TileView, surfaces: usize) -> Vec<[f64; 2]> {
         let Some(mean) = self.mean_period() else { return Vec::new() };
         registration::coarse(&view.picture(&self.colours_of_clusters(view, surfaces)), view.size, mean)
@@ -135,27 +135,19 @@ impl<'a> NearModel<'a> {
         let mut picture = view.picture(&basis.radiance(irradiance, Some(linear)));
         let exposure = basis.exposure(linear);
         if !self.interreflection.is_empty() {
-            let places = Windows::new(near_paths::SIZE, [view.size; 2], [0.0; 2]).of(&self.interreflection);
-            for (pixel, extra) in picture.iter_mut().zip(places) {
-                (0..3).for_each(|c| pixel[c] += irradiance[c] * extra[c]);
+            let texels = Windows::new(near_interreflection::SIZE, [view.size; 2], [0.0; 2]).of(&self.interreflection);
+            for (pixel, interreflection) in picture.iter_mut().zip(texels) {
+                (0..3).for_each(|c| pixel[c] += irradiance[c] * interreflection[c]);
             }
         }
         picture.iter_mut().flatten().for_each(|v| *v /= exposure);
         registration::refined(&picture, view.size, mean, &mean.sigma, shift)
     }
 
-    /// How many residuals that no unknown changes come from the close-up.
-    pub(crate) fn covers(&self) -> usize {
-        let close_up = self.close_up;
-        let surfaces = self.input.spec.material.surfaces.len();
-        let compares = self.mean_period().is_none() && close_up.pair.is_some() && close_up.tells_surfaces_apart(surfaces);
-        if compares { close_up.clusters.len() } else { 0 }
-    }
-
     /// The residuals of a state of which this is the view.
     pub(crate) fn residuals<'b>(&'b self, view: &'b TileView, comparison: Comparison<'b>) -> CloseUpResiduals<'b> {
-        let indirect: Option<&Indirect> = self.input.indirect;
-        let sigma = match (self.input.spec.bounces > 0, indirect.is_some()) {
+        let interreflection: Option<&Interreflection> = self.input.interreflection;
+        let sigma = match (self.input.spec.bounces > 0, interreflection.is_some()) {
             (false, _) => 0.0,
             (true, true) => PARAMS.traced,
             (true, false) => PARAMS.untraced,
@@ -166,10 +158,10 @@ impl<'a> NearModel<'a> {
             comparison,
             surfaces: &self.input.variant.clusters,
             interreflection: NearInterreflection {
-                traced: indirect.is_some(),
-                whole: indirect.map_or([0.0; 3], |i| i.close_up),
-                clusters: indirect.map_or(&[], |i| &i.clusters),
-                places: &self.interreflection,
+                traced: interreflection.is_some(),
+                whole: interreflection.map_or([0.0; 3], |i| i.close_up),
+                clusters: interreflection.map_or(&[], |i| &i.clusters),
+                texels: &self.interreflection,
                 sigma,
             },
             doubt: self.doubt,

@@ -29,12 +29,12 @@ impl ResidualBlock for Priors<'_> {
         let (parameters, values) = self.parameters;
         for (parameter, value) in parameters.iter().zip(values) {
             if let Some([mean, sigma]) = parameter.prior {
-                equations.fixed.push((value - mean) / sigma);
+                equations.fixed.push(((value - mean) / sigma, Origin::Prior));
             }
         }
         for variable in self.variables {
             if let Variable::Light { photograph, axis, sigma } = variable {
-                equations.fixed.push(self.lights[*photograph][*axis] / sigma);
+                equations.fixed.push((self.lights[*photograph][*axis] / sigma, Origin::Prior));
             }
         }
         for (k, unknown) in basis.unknowns.iter().enumerate() {
@@ -83,8 +83,8 @@ mod tests {
         };
         let mut equations = Equations::default();
         priors.add_to(&grooves.basis(), &mut equations);
-        assert_eq!(equations.fixed.len(), 2);
-        assert!((equations.fixed[0] - 2.0).abs() < 1e-12 && equations.fixed[1] == -2.0, "{:?}", equations.fixed);
+        let [(parameter, Origin::Prior), (light, Origin::Prior)] = equations.fixed[..] else { panic!("{:?}", equations.fixed) };
+        assert!((parameter - 2.0).abs() < 1e-12 && light == -2.0, "{:?}", equations.fixed);
         let [(dark, _), (seen, origin)] = &equations.rows[..] else { panic!("{:?}", equations.rows) };
         assert!(dark.terms == [(3, 1.0)] && dark.value == 0.0 && (dark.sigma - 0.04).abs() < 1e-12, "{dark:?}");
         assert!(seen.terms == [(4, 1.0)] && seen.value == 0.1 && (seen.sigma - 0.004_f64.hypot(0.04)).abs() < 1e-12, "{seen:?}");

@@ -1,4 +1,4 @@
-//! One period of the small-scale surface as the close-up shows it: pixel by pixel, blurred as the camera blurs, and sorted by colour as the
+//! One period of the small-scale surface as the close-up shows it: pixel by pixel, blurred as the camera blurs, and clustered by colour as the
 //! pixels of the photograph are. What a camera does at the edges of threads so happens on both sides of the comparison.
 //!
 //! The rays keep their places in the period while the surface changes, so that what is found moves smoothly with the parameters.
@@ -127,9 +127,9 @@ impl TileView {
         Ok(view)
     }
 
-    /// The pixels sorted into clusters as those of the photograph: by colour if `by_colour`, else by the surface that each shows most of. `choice`
+    /// The pixels in clusters as those of the photograph: by colour if `by_colour`, else by the surface that each shows most of. `choice`
     /// is the surface of each cluster, none if all pixels are of one; `radiance` what each slot's share is multiplied by.
-    pub fn sorted(&self, radiance: &[[f64; 3]], choice: Option<&[usize]>, by_colour: bool) -> Vec<ClusterView> {
+    pub fn clustered(&self, radiance: &[[f64; 3]], choice: Option<&[usize]>, by_colour: bool) -> Vec<ClusterView> {
         let count = self.size * self.size;
         let pixels = self.picture(radiance);
         let brightness: Vec<f64> = pixels.iter().map(|p| p.iter().sum()).collect();
@@ -314,7 +314,7 @@ mod tests {
             TileView::new(&small, &slots, &[pair], &ViewParams { size: 60, round: false, blur: [blur; 2], height: 0.0, seed: 1 }, &control)
                 .unwrap();
         let colours: Vec<[f64; 3]> = vec![[0.6, 0.1, 0.1], [0.1, 0.6, 0.1], [0.1, 0.1, 0.6]];
-        view.sorted(&colours, Some(&[0, 1, 2]), true)
+        view.clustered(&colours, Some(&[0, 1, 2]), true)
     }
 
     #[test]

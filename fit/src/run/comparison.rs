@@ -4,7 +4,8 @@ use super::options::POLISH_SAMPLES;
 use super::outcome::Compared;
 use crate::photograph::direction_bins::DirectionBins;
 use crate::photograph::image::Photograph;
-use crate::residuals::indirect::indirect;
+use crate::residuals::interreflection::trace_interreflection;
+use crate::residuals::near_interreflection::PathOptions;
 use crate::residuals::unknowns;
 use crate::verdict::picture;
 use crate::verdict::validate::{self, Validation, verdict};
@@ -104,8 +105,9 @@ impl Validating<'_> {
         control: &Control<'_>,
     ) -> Result<(Validation, Compared)> {
         let mut bins = [bins];
+        let options = PathOptions { bounces, seed: self.seed };
         let traced =
-            if bounces > 0 { Some(indirect(self.fitted.small, &bins, &[[0.0; 2]], None, (bounces, self.seed), control)?) } else { None };
+            if bounces > 0 { Some(trace_interreflection(self.fitted.small, &bins, &[[0.0; 2]], None, options, control)?) } else { None };
         let interreflection = traced.as_ref().map(|i| &i.bins[0][..]);
         let stray_light = self.stray_light;
         let light = OtherLight { stray_light, interreflection };

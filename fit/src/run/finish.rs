@@ -77,6 +77,7 @@ pub(super) fn finish(
         watch.lap("profiles");
     }
     let mut notes = prepared.notes.clone();
+    notes.extend(best.interreflection.iter().flat_map(|found| found.notes.iter().cloned()));
     let (text, close_up) = fitted_text(prepared, &model, &evaluated, &best.point, &mut notes)?;
     let material = text.material()?;
     let small = material.build()?;
@@ -169,7 +170,7 @@ fn compare_distant(
         let bins = &prepared.fine[k];
         let light = OtherLight {
             stray_light: stray_light(&model.unknowns, &evaluated.linear, k),
-            interreflection: best.indirect.as_ref().map(|i| &i.bins[k][..]),
+            interreflection: best.interreflection.as_ref().map(|i| &i.bins[k][..]),
         };
         fitted.compare(seen, bins, light, bins.relative_rms(&evaluated.predicted(k, bins)), control)
     };

@@ -7,9 +7,10 @@ use super::stopwatch::Stopwatch;
 use crate::fit_file::variant::{Variant, Variants};
 use crate::parallel::in_parallel;
 use crate::photograph::direction_bins::DirectionBins;
-use crate::residuals::indirect::indirect;
-use crate::residuals::input::{Indirect, ModelInput, Sampling, material_values};
+use crate::residuals::input::{Interreflection, ModelInput, Sampling, material_values};
+use crate::residuals::interreflection::{NearScene, trace_interreflection};
 use crate::residuals::model::Model;
+use crate::residuals::near_interreflection::PathOptions;
 use crate::residuals::unknowns;
 use crate::search::optimise::{Limits, Optimiser};
 use crate::search::{self, APART, SearchShared, Stage, Start, Task};
@@ -157,7 +158,7 @@ impl Search<'_> {
             restarts: 0,
             choice: 0,
             registration: None,
-            indirect: None,
+            interreflection: None,
         };
         let own = self.model(&prepared.coarse, COARSE.samples, &blank, all)?;
         let starts = self.deal(&own, &blank, 0..*likely);
@@ -240,8 +241,8 @@ impl Search<'_> {
     /// in turns.
     fn interreflecting(&self, mut start: Start, rounds: usize, variants: &[Variant]) -> Result<Start> {
         for _ in 0..rounds {
-            match self.indirect(&start, variants) {
-                Ok(Some(found)) => start.indirect = Some(Arc::new(found)),
+            match self.interreflection(&start, variants) {
+                Ok(Some(found)) => start.interreflection = Some(Arc::new(found)),
                 // Whoever stops the search wants what it has found.
                 Ok(None) | Err(Error::Interrupted) => break,
                 Err(error) => return Err(error),
@@ -251,7 +252,7 @@ impl Search<'_> {
     }
 
     /// The interreflections at a start, with the colours that go with what is known of it; `None` where its numbers make no surface.
-    fn indirect(&self, start: &Start, variants: &[Variant]) -> Result<Option<Indirect>> {
+    fn interreflection(&self, start: &Start, variants: &[Variant]) -> Result<Option<Interreflection>> {
         let (prepared, control) = (self.prepared, self.shared.control);
         let model = self.model(&prepared.fine, COARSE.samples, start, variants)?;
         let Some(evaluated) = model.evaluate(&start.point, control)? else { return Ok(None) };
@@ -260,8 +261,9 @@ impl Search<'_> {
             material_values(prepared.spec, &found(prepared.spec, model.input.variant, &state, &model.unknowns, &evaluated.linear))?;
         let small = values.material()?.build()?;
         let round = model.rounded(&values)?;
-        let close_up = prepared.close_up.as_ref().map(|c| (c, round.as_ref().unwrap_or(&small)));
-        indirect(&small, &prepared.fine, &state.lights, close_up, (prepared.spec.bounces, self.options.seed), control).map(Some)
+        let near = prepared.close_up.as_ref().map(|close_up| NearScene { close_up, small: round.as_ref().unwrap_or(&small) });
+        let options = PathOptions { bounces: prepared.spec.bounces, seed: self.options.seed };
+        trace_interreflection(&small, &prepared.fine, &state.lights, near, options, control).map(Some)
     }
 }
 
@@ -305,7 +307,7 @@ pub(super) fn model_of<'m>(
         photographs: bins,
         close_up: prepared.close_up.as_ref(),
         variant,
-        indirect: start.indirect.as_deref(),
+        interreflection: start.interreflection.as_deref(),
         opaque: prepared.opaque,
     };
     let at = |values: &[f64]| Model::new(input, Sampling { samples, seed }, values, control);

@@ -1,6 +1,6 @@
 //! Where searches begin: the fit file's own start, and others spread over the bounds.
 
-use crate::residuals::input::Indirect;
+use crate::residuals::input::Interreflection;
 use crate::residuals::model::{Model, Registration};
 use crate::residuals::unknowns::Variable;
 use biscale::numerics::cast::halves;
@@ -32,7 +32,7 @@ pub struct Start {
     pub registration: Option<Registration>,
     /// Light that was reflected more than once, once it is known.
     #[serde(skip)]
-    pub indirect: Option<Arc<Indirect>>,
+    pub interreflection: Option<Arc<Interreflection>>,
 }
 
 /// Points of a Latin hypercube: in each coordinate one point in each of `count` equal parts.

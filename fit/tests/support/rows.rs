@@ -14,9 +14,10 @@ use biscale_fit::photograph::direction_bins::{DirectionBins, scene_of, sights};
 use biscale_fit::photograph::image::Role;
 use biscale_fit::photograph::mean_period::uniform;
 use biscale_fit::residuals::equations::{Evaluated, Origin};
-use biscale_fit::residuals::indirect::indirect;
-use biscale_fit::residuals::input::{Indirect, ModelInput, Sampling};
+use biscale_fit::residuals::input::{Interreflection, ModelInput, Sampling};
+use biscale_fit::residuals::interreflection::{NearScene, trace_interreflection};
 use biscale_fit::residuals::model::Model;
+use biscale_fit::residuals::near_interreflection::PathOptions;
 use biscale_fit::residuals::unknowns::{UnknownKind, Variable};
 use biscale_fit::run::{FINE, Outcome, POLISH_SAMPLES};
 use biscale_fit::search::descent::{Evaluate, descend};
@@ -76,8 +77,8 @@ fn rows(model: &Model<'_>, evaluated: &Evaluated) -> BTreeMap<String, (f64, f64,
         sum.1 += row.weight * r;
         sum.2 += row.weight;
     }
-    for (k, r) in evaluated.fixed.iter().enumerate() {
-        let name = if k < model.covers() { format!("cover {k}") } else { format!("prior {k}") };
+    for (k, (r, origin)) in evaluated.fixed.iter().enumerate() {
+        let name = if *origin == Origin::CloseUp { format!("cover {k}") } else { format!("prior {k}") };
         sums.insert(name, (r * r, *r, 1.0));
     }
     sums
@@ -116,22 +117,24 @@ impl<'a> Looked<'a> {
         Self { spec, bins, near, variants }
     }
 
-    fn model(&'a self, choice: usize, values: &[f64], indirect: Option<&'a Indirect>, control: &Control<'_>) -> Model<'a> {
+    fn model(&'a self, choice: usize, values: &[f64], interreflection: Option<&'a Interreflection>, control: &Control<'_>) -> Model<'a> {
         let opaque = !matches!(self.spec.material.geometry, biscale::geometry::Geometry::Weave(_));
         let variant = &self.variants.all[choice];
-        let input = ModelInput { spec: self.spec, photographs: &self.bins, close_up: Some(&self.near), variant, indirect, opaque };
+        let input = ModelInput { spec: self.spec, photographs: &self.bins, close_up: Some(&self.near), variant, interreflection, opaque };
         Model::new(input, Sampling { samples: POLISH_SAMPLES, seed: 99 }, values, control).unwrap()
     }
 
-    /// The light between threads of the true material, if the photographs show it.
-    fn indirect(&self, truth: &str, faults: &Faults, control: &Control<'_>) -> Option<Indirect> {
+    /// The interreflection of the true material, if the photographs show it.
+    fn interreflection(&self, truth: &str, faults: &Faults, control: &Control<'_>) -> Option<Interreflection> {
         if self.spec.bounces == 0 {
             return None;
         }
         let (point, values, _) = self.truth(truth, faults);
         let small = super::material(truth);
         let lights = self.model(0, &values, None, control).state(&point).lights;
-        Some(indirect(&small, &self.bins, &lights, Some((&self.near, &small)), (self.spec.bounces, 5), control).unwrap())
+        let near = NearScene { close_up: &self.near, small: &small };
+        let options = PathOptions { bounces: self.spec.bounces, seed: 5 };
+        Some(trace_interreflection(&small, &self.bins, &lights, Some(near), options, control).unwrap())
     }
 
     /// Where the photographs were made: the point, its parameters, and the linear unknowns.
@@ -178,9 +181,9 @@ pub fn probe(looked: &Looked<'_>, truth: &str, faults: &Faults) -> Probe {
     with_control(|control| {
         let (point, values, exact) = looked.truth(truth, faults);
         let likely = looked.variants.likely;
-        let indirect = looked.indirect(truth, faults, control);
+        let interreflection = looked.interreflection(truth, faults, control);
         let at = |choice: usize| {
-            let mut model = looked.model(choice, &values, indirect.as_ref(), control);
+            let mut model = looked.model(choice, &values, interreflection.as_ref(), control);
             model.settle_height(&point, control).unwrap();
             let here = model.evaluate(&point, control).unwrap().unwrap();
             (model, here)
@@ -237,8 +240,8 @@ pub fn compare_with_truth(looked: &Looked<'_>, outcome: &Outcome, truth: &str, f
                 s.number, looked.variants.all[s.choice], s.objective, s.evaluations
             );
         }
-        let indirect = looked.indirect(truth, faults, control);
-        let mut model = looked.model(outcome.starts[0].choice, &values, indirect.as_ref(), control);
+        let interreflection = looked.interreflection(truth, faults, control);
+        let mut model = looked.model(outcome.starts[0].choice, &values, interreflection.as_ref(), control);
         model.settle_height(&point, control).unwrap();
         let with_colours = model.evaluate_with(&point, Some(&exact), control).unwrap().unwrap();
         let at_truth = model.evaluate(&point, control).unwrap().unwrap();
