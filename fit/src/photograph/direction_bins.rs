@@ -133,7 +133,7 @@ pub fn scene_of(photograph: &Photograph, material: &Material, small: &SmallScale
 }
 
 /// What a ray through a point of the picture meets first.
-pub fn look(world: &World<'_>, photograph: &Photograph, x: f64, y: f64) -> Option<SurfacePoint> {
+pub fn first_point(world: &World<'_>, photograph: &Photograph, x: f64, y: f64) -> Option<SurfacePoint> {
     world.first(photograph.camera.origin, photograph.camera.direction(x, y), 0.0).filter(|p| p.front)
 }
 
@@ -147,10 +147,13 @@ pub fn sights(world: &World<'_>, photograph: &Photograph) -> Vec<Sight> {
         for x in 0..width {
             let (fx, fy) = (f64::from(x), f64::from(y));
             // Pixels at the outline show something else as well.
-            if [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].iter().any(|(dx, dy)| look(world, photograph, fx + dx, fy + dy).is_none()) {
+            if [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)]
+                .iter()
+                .any(|(dx, dy)| first_point(world, photograph, fx + dx, fy + dy).is_none())
+            {
                 continue;
             }
-            let Some(point) = look(world, photograph, fx + 0.5, fy + 0.5) else { continue };
+            let Some(point) = first_point(world, photograph, fx + 0.5, fy + 0.5) else { continue };
             let to_tile = point.frame.transpose();
             let (to_light, distance, irradiance) = light_at(&photograph.light, point.position);
             let wi = to_tile * to_light;

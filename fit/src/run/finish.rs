@@ -4,7 +4,7 @@ use super::comparison::{Fitted, OtherLight, Validating};
 use super::found::{found, stray_light};
 use super::options::{COARSE, FINE, Options, POLISH_SAMPLES, SEARCH_SHARE};
 use super::outcome::{Compared, Early, Outcome};
-use super::prepared::{Prepared, look};
+use super::prepared::{Prepared, sights_of};
 use super::stages::{Searched, distance, model_of};
 use super::stopwatch::Stopwatch;
 use crate::fit_file::material_text::MaterialText;
@@ -186,7 +186,7 @@ fn validate_all(
 ) -> Result<Vec<(Validation, Compared)>> {
     let mut validations = Vec::new();
     for photograph in prepared.spec.of_role(Role::Validation) {
-        let sights = look(photograph, prepared.spec, &prepared.start);
+        let sights = sights_of(photograph, prepared.spec, &prepared.start);
         match DirectionBins::new(photograph, &sights, FINE.bins) {
             Ok(bins) => validations.push(question.validate(photograph, bins, prepared.spec.bounces, control)?),
             Err(error) => notes.push(format!("a validation photograph cannot be used: {error}")),

@@ -74,7 +74,7 @@ impl<'a> Prepared<'a> {
         let distant: Vec<&Photograph> = spec.of_role(Role::Distant).collect();
         let (mut coarse, mut fine) = (Vec::new(), Vec::new());
         for photograph in &distant {
-            let sights = look(photograph, spec, &start);
+            let sights = sights_of(photograph, spec, &start);
             coarse.push(DirectionBins::new(photograph, &sights, (COARSE.bins / distant.len()).max(8))?);
             fine.push(DirectionBins::new(photograph, &sights, (FINE.bins / distant.len()).max(8))?);
             control.check()?;
@@ -83,7 +83,7 @@ impl<'a> Prepared<'a> {
         let close_up = spec
             .of_role(Role::CloseUp)
             .next()
-            .map(|p| CloseUp::new(p, &look(p, spec, &start), &start, mean_period::uniform(&spec.material.geometry), &colours));
+            .map(|p| CloseUp::new(p, &sights_of(p, spec, &start), &start, mean_period::uniform(&spec.material.geometry), &colours));
         match &close_up {
             Some(found) => notes.extend(found.notes.iter().map(|n| format!("close-up: {n}"))),
             None => notes.push(
@@ -103,7 +103,8 @@ impl<'a> Prepared<'a> {
     }
 }
 
-pub(super) fn look(photograph: &Photograph, spec: &Spec, start: &SmallScale) -> Vec<Sight> {
+/// The pixels of a photograph that show its object, covered with the start material.
+pub(super) fn sights_of(photograph: &Photograph, spec: &Spec, start: &SmallScale) -> Vec<Sight> {
     let scene = scene_of(photograph, &spec.material, start);
     sights(&World::opaque(&scene), photograph)
 }

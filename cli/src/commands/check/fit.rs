@@ -38,9 +38,14 @@ impl fmt::Display for Report {
                     None => writeln!(f, "  close-up  no period along {axis}")?,
                 }
             }
-            for (k, kind) in found.clusters.iter().enumerate() {
-                let [r, g, b] = kind.colour;
-                writeln!(f, "  close-up  colour {}: coverage {:.1} %, mean radiance [{r:.4}, {g:.4}, {b:.4}]", k + 1, 100.0 * kind.cover)?;
+            for (k, cluster) in found.clusters.iter().enumerate() {
+                let [r, g, b] = cluster.colour;
+                writeln!(
+                    f,
+                    "  close-up  colour {}: coverage {:.1} %, mean radiance [{r:.4}, {g:.4}, {b:.4}]",
+                    k + 1,
+                    100.0 * cluster.cover
+                )?;
             }
         }
         writeln!(f, "  moves     {}", self.survey.variables.join(", "))?;
