@@ -13,7 +13,7 @@ use biscale::filter::{Slot, basis_brdf, basis_tint};
 use biscale::material::SmallScale;
 use biscale::numerics::cast::{truncate_i64, truncate_usize};
 use biscale::numerics::low_discrepancy::{fraction, hash};
-use biscale::visibility::{Occlusion, PeriodicBvh, Traced};
+use biscale::visibility::{Hit, Occlusion, PeriodicBvh, Traced};
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
 
@@ -62,17 +62,8 @@ impl TileView {
     /// # Errors
     /// `Interrupted`; a surface that rays cannot be traced to.
     pub fn new(small: &SmallScale, slots: &[Slot], pairs: &[Pair], params: &ViewParams, control: &Control<'_>) -> Result<Self> {
-        let ViewParams { size, round, blur, height, seed } = *params;
-        let bvh = PeriodicBvh::new(&small.tile)?;
-        let period = small.tile.period;
-        let above = bvh.highest() + 1e-6 * period.max_element();
-        let normals = round.then(|| Normals::new(small));
-        let brdfs: Vec<(Brdf, [f64; 3])> = (slots.iter())
-            .map(|slot| {
-                let surface = &small.surfaces[slot.surface];
-                (basis_brdf(&surface.brdf, slot.colour), basis_tint(surface, slot.colour))
-            })
-            .collect();
+        let size = params.size;
+        let tracer = PixelTracer::new(small, slots, params)?;
         let mut view = Self {
             size,
             covers: vec![vec![0.0; size * size]; small.surfaces.len()],
@@ -80,51 +71,32 @@ impl TileView {
             heights: vec![f64::NEG_INFINITY; size * size],
         };
         let spread = pairs.len().isqrt();
-        let offset = [fraction(hash(seed)), fraction(hash(!seed))];
         for row in 0..size {
             control.check()?;
             for column in 0..size {
                 let at = row * size + column;
-                // Roberts' sequence: neighbours along a row or column take all places within their pixels in turn.
-                let [u, v] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2].map(|step| step * at as f64);
-                let (x, y) =
-                    ((column as f64 + (u + offset[0]).fract()) / size as f64, (row as f64 + (v + offset[1]).fract()) / size as f64);
                 // Neighbours take all pairs in turn, and so does each row and column.
                 let pair = pairs[(row / spread + column) % spread * spread + (row + column) % spread];
-                let start = DVec3::new(x * period.x, y * period.y, height) + pair.wo * ((above - height) / pair.wo.z);
-                let Traced::Hit(hit) = bvh.trace(start, -pair.wo, None) else { continue };
-                let triangle = hit.triangle as usize;
-                let surface = usize::from(small.surface_of_triangle[triangle]);
-                view.covers[surface][at] = 1.0;
+                let Some(hit) = tracer.hit([column, row], pair.wo) else { continue };
+                view.covers[tracer.surface(&hit)][at] = 1.0;
                 view.heights[at] = hit.position.z;
-                let [a, b, c] = small.tile.corners(triangle);
-                let flat = (b - a).cross(c - a).normalize_or_zero();
-                let normal = normals.as_ref().map_or(flat, |n| n.at(triangle, hit.barycentric));
-                let cosine = normal.dot(pair.wi);
-                let faces = flat.dot(pair.wo) > 0.0 && flat.dot(pair.wi) > 0.0;
-                if !faces
-                    || normal.dot(pair.wo) <= 0.0
-                    || cosine <= 0.0
-                    || bvh.occluded(triangle, hit.position, pair.wi) == Occlusion::Blocked
-                {
-                    continue;
-                }
-                for ((shares, slot), (brdf, tint)) in
-                    view.basis.iter_mut().zip(slots).zip(&brdfs).filter(|((_, s), _)| s.surface == surface)
-                {
-                    debug_assert_eq!(slot.surface, surface);
-                    let fr = brdf.eval(normal, pair.wi, pair.wo);
-                    shares[at] = std::array::from_fn(|c| fr[c] * tint[c] * cosine);
+                if let Some(normal) = tracer.lit_normal(&hit, pair) {
+                    tracer.shade(&hit, normal, pair, |slot, share| view.basis[slot][at] = share);
                 }
             }
         }
-        for cover in &mut view.covers {
-            smooth(cover, size, &kernels(blur, size), |sum: &mut f64, weight, v| *sum += weight * v);
-        }
-        for shares in &mut view.basis {
-            smooth_colours(shares, size, blur);
-        }
+        view.smooth(params.blur);
         Ok(view)
+    }
+
+    /// Blurs as the camera does.
+    fn smooth(&mut self, blur: [f64; 2]) {
+        for cover in &mut self.covers {
+            smooth(cover, self.size, &kernels(blur, self.size), |sum: &mut f64, weight, v| *sum += weight * v);
+        }
+        for shares in &mut self.basis {
+            smooth_colours(shares, self.size, blur);
+        }
     }
 
     /// The pixels in clusters as those of the photograph: by colour if `by_colour`, else by the surface that each shows most of. `choice`
@@ -210,6 +182,83 @@ impl TileView {
             cover: bright.len() as f64 / count,
             light: self.basis.iter().map(light).collect(),
             tones: self.basis.iter().map(tones).collect(),
+        }
+    }
+}
+
+/// Steps of Roberts' sequence in two dimensions (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences"): `1/g` and `1/g²`,
+/// where `g³ = g + 1`.
+const ROBERTS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
+/// How far above the highest point rays start, over the period: more than rounding moves it.
+const START_ABOVE: f64 = 1e-6;
+
+/// One ray for each pixel, and what it sees.
+struct PixelTracer<'a> {
+    small: &'a SmallScale,
+    slots: &'a [Slot],
+    bvh: PeriodicBvh,
+    /// Normals of a surface that is shaded as if it were round.
+    normals: Option<Normals>,
+    /// By slot the BRDF when that colour is 1, and the tint.
+    brdfs: Vec<(Brdf, [f64; 3])>,
+    params: &'a ViewParams,
+    /// Moves all rays within their pixels.
+    offset: [f64; 2],
+}
+
+impl<'a> PixelTracer<'a> {
+    fn new(small: &'a SmallScale, slots: &'a [Slot], params: &'a ViewParams) -> Result<Self> {
+        let brdf = |slot: &Slot| {
+            let surface = &small.surfaces[slot.surface];
+            (basis_brdf(&surface.brdf, slot.colour), basis_tint(surface, slot.colour))
+        };
+        Ok(Self {
+            small,
+            slots,
+            bvh: PeriodicBvh::new(&small.tile)?,
+            normals: params.round.then(|| Normals::new(small)),
+            brdfs: slots.iter().map(brdf).collect(),
+            params,
+            offset: [fraction(hash(params.seed)), fraction(hash(!params.seed))],
+        })
+    }
+
+    /// What a pixel, whose column and row are given, sees along `wo`.
+    fn hit(&self, [column, row]: [usize; 2], wo: DVec3) -> Option<Hit> {
+        let ViewParams { size, height, .. } = *self.params;
+        let period = self.small.tile.period;
+        let above = self.bvh.highest() + START_ABOVE * period.max_element();
+        // Neighbours along a row or column take all places within their pixels in turn.
+        let [u, v] = ROBERTS.map(|step| step * (row * size + column) as f64);
+        let x = (column as f64 + (u + self.offset[0]).fract()) / size as f64;
+        let y = (row as f64 + (v + self.offset[1]).fract()) / size as f64;
+        let start = DVec3::new(x * period.x, y * period.y, height) + wo * ((above - height) / wo.z);
+        match self.bvh.trace(start, -wo, None) {
+            Traced::Hit(hit) => Some(hit),
+            Traced::Left | Traced::GaveUp => None,
+        }
+    }
+
+    fn surface(&self, hit: &Hit) -> usize {
+        usize::from(self.small.surface_of_triangle[hit.triangle as usize])
+    }
+
+    /// The normal that a point is shaded with; `None` where it sends no direct light to the viewer.
+    fn lit_normal(&self, hit: &Hit, pair: Pair) -> Option<DVec3> {
+        let triangle = hit.triangle as usize;
+        let [a, b, c] = self.small.tile.corners(triangle);
+        let flat = (b - a).cross(c - a).normalize_or_zero();
+        let normal = self.normals.as_ref().map_or(flat, |n| n.at(triangle, hit.barycentric));
+        let faces = [flat, normal].iter().all(|n| n.dot(pair.wo) > 0.0 && n.dot(pair.wi) > 0.0);
+        (faces && self.bvh.occluded(triangle, hit.position, pair.wi) != Occlusion::Blocked).then_some(normal)
+    }
+
+    /// Tells `add` each slot of the surface there, and its radiance over irradiance.
+    fn shade(&self, hit: &Hit, normal: DVec3, pair: Pair, mut add: impl FnMut(usize, [f64; 3])) {
+        let surface = self.surface(hit);
+        for (k, (brdf, tint)) in self.brdfs.iter().enumerate().filter(|(k, _)| self.slots[*k].surface == surface) {
+            let fr = brdf.eval(normal, pair.wi, pair.wo);
+            add(k, std::array::from_fn(|c| fr[c] * tint[c] * normal.dot(pair.wi)));
         }
     }
 }
