@@ -302,6 +302,44 @@ mod tests {
     }
 
     #[test]
+    fn a_key_is_taken_of_numbers_and_tags_alone() {
+        // Version; map, sides, power, seed; model and albedo. Whoever changes this changes the version, too.
+        let whole = |n: u64| n.to_le_bytes().to_vec();
+        let reals = |values: &[f64]| values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();
+        let settings = [vec![1], whole(4), whole(6), whole(6), reals(&[0.98]), whole(1)].concat();
+        let bytes = [whole(3), settings, vec![1], reals(&[0.5, 0.2, 0.1])].concat();
+        assert_eq!(key(&brdf(0.5), &SETTINGS), blake3::hash(&bytes));
+    }
+
+    #[test]
+    fn every_model_and_every_number_of_it_changes_the_key() {
+        let gloss = |diffuse, f0| Brdf::CookTorrance {
+            diffuse: [diffuse; 3],
+            specular: [0.5; 3],
+            alpha: 0.1,
+            distribution: crate::brdf::Distribution::Ggx,
+            f0,
+        };
+        let fit = |name, scale| Brdf::Measured(crate::brdf::Measured::fit(name, scale).unwrap().into());
+        let all = [
+            brdf(0.5),
+            brdf(0.6),
+            gloss(0.2, None),
+            gloss(0.3, None),
+            gloss(0.2, Some([0.04; 3])),
+            Brdf::Ward { diffuse: [0.2; 3], specular: [0.5; 3], alpha: 0.1 },
+            Brdf::BlinnPhong { diffuse: [0.2; 3], specular: [0.5; 3], exponent: 0.1 },
+            fit("alum-bronze", 1.0),
+            fit("alum-bronze", 2.0),
+            fit("black-fabric", 1.0),
+        ];
+        let mut keys: Vec<String> = all.iter().map(|b| key(b, &SETTINGS).to_hex().to_string()).collect();
+        keys.sort();
+        keys.dedup();
+        assert_eq!(keys.len(), all.len());
+    }
+
+    #[test]
     fn a_damaged_or_foreign_file_is_told_and_replaced() {
         let folder = tempfile::tempdir().unwrap();
         let cache = cache(folder.path(), 1 << 30);
