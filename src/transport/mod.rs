@@ -16,7 +16,7 @@
 //!
 //! In the order of the flow: [`PathSequence`] gives the random numbers of each event, [`TransportScene`] is a surface as rays need it, and
 //! [`TransportScene::path`] follows a path over it to a [`ViewRay`]. The room knows of one path at a time: means, errors and pictures are its
-//! callers' matter.
+//! callers' matter, and so is the error that rays which are given up leave: [`PathLight`] tells these, [`lost_radiance`] what they may count.
 //!
 //! ```
 //! use biscale::transport::{PathSequence, TransportScene, ViewRay};
@@ -41,6 +41,6 @@ mod path;
 mod scene;
 mod sequence;
 
-pub use path::{PathLight, ViewRay};
+pub use path::{PathLight, ViewRay, lost_radiance};
 pub use scene::TransportScene;
 pub use sequence::PathSequence;

@@ -6,6 +6,7 @@ use crate::brdf::Colour;
 use crate::direction::Pair;
 use crate::visibility::{Hit, Occlusion, Traced};
 use glam::DVec3;
+use std::f64::consts::FRAC_1_PI;
 use std::ops::RangeInclusive;
 
 /// Surface events from which on a path may end at random, without bias; most light has left by then. Chosen, not measured: sooner, short paths
@@ -32,6 +33,14 @@ pub struct PathLight {
     pub doubtful: Colour,
     /// What radiance would have been multiplied by that came along the ray between two events where the path was given up; 0 if none was.
     pub lost: Colour,
+    /// The brightest that a ray of the path saw: the direct light of one of its events that count, not yet reflected by those before.
+    pub brightest: Colour,
+}
+
+/// What a ray counts with that was given up, in one channel, where the brightest that other rays saw is `brightest`, radiance over irradiance, 1/sr: as
+/// much. Where they saw no light at all, white diffuse paper that faces the light: what is lost must not count as nothing.
+pub fn lost_radiance(brightest: f64) -> f64 {
+    if brightest > 0.0 { brightest } else { FRAC_1_PI }
 }
 
 impl TransportScene<'_> {
@@ -56,8 +65,10 @@ impl TransportScene<'_> {
             if events.contains(&event) {
                 let (fr, occlusion) = self.direct_light(&point, wi, viewer);
                 for c in 0..3 {
+                    let seen = point.tint[c] * fr[c];
                     let light = throughput[c] * point.tint[c] * fr[c];
                     sum.colour[c] += light;
+                    sum.brightest[c] = sum.brightest[c].max(seen);
                     if occlusion == Occlusion::GaveUp {
                         sum.doubtful[c] += light;
                     }

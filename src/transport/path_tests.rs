@@ -109,3 +109,19 @@ fn a_path_that_is_given_up_between_events_tells_what_it_could_have_brought() {
     assert!(!lost.is_empty(), "none of {}", found.len());
     assert!(lost.iter().all(|lost| (lost[1] / lost[0] - 0.5).abs() < 1e-6 && lost[2] == 0.0), "{lost:?}");
 }
+
+#[test]
+fn the_brightest_of_a_path_is_not_dimmed_by_the_events_before() {
+    // Walls at 45 degrees, of which light from above shows albedo / pi / sqrt 2 to every direction: a wall that another one shows, too.
+    let small = covered(v_groove(DVec2::ONE, 0.5), WHITE);
+    let above = Pair { wi: DVec3::Z, wo: DVec3::Z };
+    let expected = FRAC_1_PI * std::f64::consts::FRAC_1_SQRT_2;
+    let twice: Vec<PathLight> = lights(&small, above, 2..=2, 64).into_iter().filter(|light| light.colour[0] > 0.0).collect();
+    assert!(!twice.is_empty());
+    for light in lights(&small, above, 1..=1, 64).iter().chain(&twice) {
+        let relative = |c: usize, albedo: f64| (light.brightest[c] / (albedo * expected) - 1.0).abs();
+        assert!(relative(0, 1.0) < 1e-12 && relative(1, 0.5) < 1e-12 && light.brightest[2] == 0.0, "{light:?}");
+    }
+    // Half of the green light is left after one event.
+    assert!(twice.iter().all(|light| (light.colour[1] / light.brightest[1] - 0.5).abs() < 1e-9), "{twice:?}");
+}

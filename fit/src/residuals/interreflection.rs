@@ -176,6 +176,7 @@ mod tests {
     use super::*;
     use crate::photograph::mean_period::MeanPeriod;
     use crate::residuals::colour_basis::tests::Grooves;
+    use crate::residuals::near_interreflection::tests::floor_under_wall;
 
     const OPTIONS: PathOptions = PathOptions { bounces: 2, seed: 5 };
 
@@ -201,6 +202,21 @@ mod tests {
         found.near[0].given_up_share = 0.25;
         let note = given_up_note(&found.near).unwrap();
         assert!(note.contains("25 %") && note.contains("65536 periods"), "{note}");
+    }
+
+    #[test]
+    fn distant_interreflection_that_misses_its_tolerance_is_told() {
+        let close_up = CloseUp { mean_period: None, ..lit_by(DVec3::new(0.0, 0.3, 1.0)) };
+        let notes = |distance: f64| {
+            let small = floor_under_wall(distance);
+            let near = NearScene { close_up: &close_up, small: &small };
+            trace_interreflection(&small, &[], &[], Some(near), OPTIONS, &Control::quiet()).unwrap().notes
+        };
+        assert!(notes(0.1).is_empty(), "{:?}", notes(0.1));
+        // On the way to walls 1e4 above the floor 2 % of its rays are given up, with all that they could have brought.
+        let far = notes(1e4).join("; ");
+        assert!(far.contains("interreflection: rays of 1 pairs passed 65536 periods"), "{far}");
+        assert!(far.contains("interreflection: the tolerance 0.01 was not reached: rays that are given up"), "{far}");
     }
 
     #[test]

@@ -8,7 +8,7 @@ use biscale::error::Result;
 use biscale::filter::Control;
 use biscale::material::SmallScale;
 use biscale::numerics::cast::index_u32;
-use biscale::transport::{PathSequence, TransportScene, ViewRay};
+use biscale::transport::{PathLight, PathSequence, TransportScene, ViewRay, lost_radiance};
 use glam::DVec2;
 use rayon::prelude::*;
 
@@ -48,18 +48,21 @@ struct PathSums {
     doubtful: f64,
     /// Paths that met a front face.
     front: u32,
-    /// Paths that were given up and count as dark from there on.
+    /// Paths that were given up before they met anything.
     lost: u32,
+    /// What radiance would have been multiplied by that came along rays between two events which were given up and count as free.
+    lost_bounces: [f64; 3],
+    /// The brightest that a ray saw after the first event.
+    brightest: [f64; 3],
 }
 
 impl PathSums {
     fn add_path(&mut self, ray: ViewRay) {
         match ray {
             ViewRay::Front(path) => {
-                (0..3).for_each(|c| self.colour[c] += path.colour[c]);
-                self.doubtful += path.doubtful.iter().sum::<f64>();
-                self.front += 1;
-                self.lost += u32::from(path.lost.iter().any(|v| *v > 0.0));
+                let doubtful = path.doubtful.iter().sum();
+                let PathLight { colour, lost: lost_bounces, brightest, .. } = path;
+                self.add(&Self { colour, doubtful, front: 1, lost: 0, lost_bounces, brightest });
             }
             ViewRay::Dark => {}
             ViewRay::GaveUp => self.lost += 1,
@@ -67,18 +70,25 @@ impl PathSums {
     }
 
     fn add(&mut self, other: &Self) {
-        (0..3).for_each(|c| self.colour[c] += other.colour[c]);
+        for c in 0..3 {
+            self.colour[c] += other.colour[c];
+            self.lost_bounces[c] += other.lost_bounces[c];
+            self.brightest[c] = self.brightest[c].max(other.brightest[c]);
+        }
         self.doubtful += other.doubtful;
         self.front += other.front;
         self.lost += other.lost;
     }
 
-    /// The share of the light that could be otherwise because rays were given up: what is in doubt could be dark, and a path that is lost could
-    /// have brought what the mean path brings, as in the errors of the method `reference`.
+    /// The share of the light that could be otherwise because rays were given up, in 0..=1. What is in doubt could be dark, a ray between two events
+    /// could have seen the brightest that another one saw, and a path that met nothing could have brought what the mean path brings, as in the errors of
+    /// the method `reference`.
     fn given_up_share(&self) -> f64 {
         let light: f64 = self.colour.iter().sum();
-        let doubtful = if light > 0.0 { self.doubtful / light } else { 0.0 };
-        doubtful + f64::from(self.lost) / f64::from(self.front.max(1))
+        let of_bounces: f64 = (0..3).map(|c| lost_radiance(self.brightest[c]) * self.lost_bounces[c]).sum();
+        let of_viewer = light * f64::from(self.lost) / f64::from(self.front.max(1));
+        let change = self.doubtful + of_bounces + of_viewer;
+        if change > 0.0 { (change / light).min(1.0) } else { 0.0 }
     }
 }
 
@@ -163,9 +173,10 @@ fn texel_point(sequence: PathSequence, index: u32, [column, row]: [usize; 2]) ->
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use biscale::filter::{Method, Quality, effective};
+    use biscale::geometry::Tile;
     use biscale::material::{Material, Tint, TintImage};
     use biscale::numerics::cast::truncate_usize;
     use biscale::toml_reader::Source;
@@ -262,8 +273,43 @@ mod tests {
         };
         let [clear, doubtful] = [oblique(), grazing].map(share);
         assert!(clear == 0.0 && doubtful > 0.5, "{clear} and {doubtful}");
-        let lost = PathSums { colour: [3.0, 2.0, 1.0], doubtful: 0.6, front: 8, lost: 2 };
+        let lost = PathSums { colour: [3.0, 2.0, 1.0], doubtful: 0.6, front: 8, lost: 2, ..PathSums::default() };
         assert!((lost.given_up_share() - (0.1 + 0.25)).abs() < 1e-15, "{}", lost.given_up_share());
-        assert_eq!(PathSums::default().given_up_share(), 0.0);
+        // Where no light comes back, all of it is in doubt as soon as any ray is.
+        let dark = PathSums { lost_bounces: [1e-9, 0.0, 0.0], front: 8, ..PathSums::default() };
+        assert_eq!((PathSums::default().given_up_share(), dark.given_up_share()), (0.0, 1.0));
+    }
+
+    /// A Lambertian floor of one unit, and above it, at a distance, a wall of half a unit across it that faces +y.
+    pub(crate) fn floor_under_wall(distance: f64) -> SmallScale {
+        let mut small = small(GROOVES);
+        let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
+        let floor = [at(0.0, 0.0, 0.0), at(1.0, 0.0, 0.0), at(1.0, 1.0, 0.0), at(0.0, 1.0, 0.0)];
+        let wall = [(1.0, 0.0), (0.0, 0.0), (0.0, 0.5), (1.0, 0.5)].map(|(x, z)| at(x, 0.5, distance + z));
+        let triangles = vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
+        let part_of_triangle = vec![0; triangles.len()];
+        small.surface_of_triangle = vec![0; triangles.len()];
+        let vertices = [floor, wall].concat();
+        small.tile = Tile { vertices, triangles, part_of_triangle, period: DVec2::ONE, grid: None, uv: None, ..small.tile };
+        small
+    }
+
+    #[test]
+    fn bounces_that_are_given_up_count_with_the_brightest_that_another_one_saw() {
+        let texels = |distance: f64| {
+            let small = floor_under_wall(distance);
+            let tracer = TexelTracer { scene: TransportScene::new(&small).unwrap(), options: OPTIONS, paths: 4 };
+            let pair = Pair { wi: DVec3::new(0.0, 0.3, 1.0).normalize(), wo: DVec3::Z };
+            let mut sums = PathSums::default();
+            (0..SIZE).for_each(|column| sums.add(&tracer.texel(pair, 0, [column, column])));
+            sums
+        };
+        // What climbs less than .15 a period is given up on its way to walls 1e4 away.
+        let [near, far] = [0.1, 1e4].map(texels);
+        let [truth, found] = [near, far].map(|sums| sums.colour.iter().sum::<f64>());
+        assert!(near.given_up_share() == 0.0 && found > 0.0 && far.lost == 0 && far.doubtful == 0.0, "{far:?}");
+        // In light that is missing: what the near walls send more, of which 384 paths tell a tenth.
+        let missing = truth / found - 1.0;
+        assert!(missing > 0.01 && far.given_up_share() > 0.8 * missing, "{missing} and {}", far.given_up_share());
     }
 }

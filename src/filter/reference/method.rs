@@ -101,7 +101,7 @@ fn notes(planner: &RoundPlanner, estimates: &[Estimate], relative_rms: f64) -> V
             MAX_PERIODS
         ));
     }
-    let holes = estimates.iter().filter(|e| e.front == 0.0).count();
+    let holes = estimates.iter().filter(|e| e.front == 0.0 && e.bias() == 0.0).count();
     if holes > 0 {
         notes.push(format!("{holes} pairs see no front face: their values are 0"));
     }

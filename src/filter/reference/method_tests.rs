@@ -342,3 +342,51 @@ fn rays_that_are_given_up_count_as_free_and_enter_the_error() {
     assert!(value.se[0] >= 0.3 * value.fbar[0], "half of what is seen is in doubt: {value:?}");
     assert!(result.summary.notes.iter().any(|n| n.contains("periods")), "{:?}", result.summary.notes);
 }
+
+/// A floor, and over it walls half a period high that face +y. Their distance from the floor changes nothing of what floor and walls show of each other:
+/// each ray of a slope meets the same share of the walls, and each point of the floor is shadowed as long.
+fn floor_under_walls(distance: f64) -> SmallScale {
+    let floor = flat(DVec2::ONE, 0.0);
+    let first = floor.vertices.len() as u32;
+    let wall = [(1.0, 0.0), (0.0, 0.0), (0.0, 0.5), (1.0, 0.5)].map(|(x, z)| DVec3::new(x, 0.5, distance + z));
+    let triangles = [floor.triangles, vec![[first, first + 1, first + 2], [first, first + 2, first + 3]]].concat();
+    covered(tile(DVec2::ONE, [floor.vertices, wall.to_vec()].concat(), triangles), lambert(0.9))
+}
+
+#[test]
+fn bounces_that_are_given_up_enter_the_error_and_leave_the_value() {
+    // Rays from the floor rise 1e5 to the walls: those that climb less than 1.5 a period are given up.
+    let (near, far) = (floor_under_walls(0.1), floor_under_walls(1e5));
+    let pair = [Pair { wi: DVec3::new(0.0, 0.3, 1.0).normalize(), wo: DVec3::Z }];
+    let run = |small, bounces| {
+        let plan = Some(format!("reference:bounces={bounces}:first=32").parse().unwrap());
+        run_with(small, &pair, Quality { plan, ..Quality::default() })
+    };
+    let results = [run(&near, 1), run(&far, 1), run(&far, 0)];
+    let notes = results.each_ref().map(|result| result.summary.notes.join("; "));
+    assert!(notes[1].contains("periods") && notes[0].is_empty() && notes[2].is_empty(), "{notes:?}");
+    let [truth, value, direct] = results.map(|result| result.values[0]);
+    for c in 0..2 {
+        let missed = truth.fbar[c] - value.fbar[c];
+        let noise = truth.se[c].hypot(direct.se[c]);
+        assert!(missed > 4.0 * noise, "channel {c}: {missed} for a noise of {noise}");
+        assert!(missed <= value.se[c] && value.se[c] <= value.fbar[c], "channel {c}: {value:?} misses {missed}");
+        assert!((value.s_se[c] / value.se[c] - 1.0).abs() < 1e-9, "all of the floor is seen, from straight above: {value:?}");
+        assert!(value.fbar[c] >= direct.fbar[c] - 3.0 * noise, "{value:?} and {direct:?}");
+    }
+    // The blue channel is black: nothing is lost there.
+    assert_eq!((value.fbar[2], value.se[2]), (0.0, 0.0));
+}
+
+#[test]
+fn a_viewer_whose_rays_are_all_given_up_sees_0_with_an_error() {
+    // Along thin walls 1e4 high over nothing.
+    let wall = vec![DVec3::ZERO, DVec3::new(0.0, 1.0, 0.0), DVec3::new(0.0, 1.0, 1e4), DVec3::new(0.0, 0.0, 1e4)];
+    let small = covered(tile(DVec2::ONE, wall, vec![[0, 1, 2], [0, 2, 3]]), lambert(0.9));
+    let quality = Quality { plan: Some("reference:bounces=0:first=1".parse().unwrap()), ..Quality::default() };
+    let result = run_with(&small, &[Pair { wi: DVec3::Z, wo: DVec3::Y }], quality);
+    let value = result.values[0];
+    assert_eq!((value.fbar, value.av, value.se), ([0.0; 3], 0.0, [1.0 / PI; 3]));
+    assert!((value.s_se[0] - MIN_COSINE / PI).abs() < 1e-12, "{value:?}");
+    assert!(matches!(&result.summary.notes[..], [note] if note.contains("periods")), "{:?}", result.summary.notes);
+}

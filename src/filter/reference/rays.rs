@@ -14,15 +14,20 @@ pub(super) struct Sums {
     pub doubtful: Colour,
     /// Least and most light of a ray that met a front face.
     pub range: [Colour; 2],
+    /// The brightest direct light that any ray saw, those between two events included.
+    pub brightest: Colour,
     /// Rays that met a front face.
     pub front: u32,
-    /// Rays that were given up and count as missing.
+    /// Rays from the viewer that were given up and count as missing.
     pub lost: u32,
+    /// What the radiance would have been multiplied by that the rays between two events saw which were given up and count as free.
+    pub lost_bounces: Colour,
 }
 
 impl Default for Sums {
     fn default() -> Self {
-        Self { colour: [0.0; 3], doubtful: [0.0; 3], range: [[f64::INFINITY; 3], [0.0; 3]], front: 0, lost: 0 }
+        let dark = [0.0; 3];
+        Self { colour: dark, doubtful: dark, range: [[f64::INFINITY; 3], dark], brightest: dark, front: 0, lost: 0, lost_bounces: dark }
     }
 }
 
@@ -36,6 +41,8 @@ impl Sums {
                 for c in 0..3 {
                     self.colour[c] += path.colour[c];
                     self.doubtful[c] += path.doubtful[c];
+                    self.lost_bounces[c] += path.lost[c];
+                    self.brightest[c] = self.brightest[c].max(path.brightest[c]);
                     self.range[0][c] = self.range[0][c].min(path.colour[c]);
                     self.range[1][c] = self.range[1][c].max(path.colour[c]);
                 }

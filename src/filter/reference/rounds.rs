@@ -43,6 +43,8 @@ pub(super) struct RoundPlanner {
     share: f64,
     left: f64,
     out_of_time: bool,
+    /// Whether rays that were given up could change the values by more than the tolerance, however many others there are.
+    too_many_given_up: bool,
 }
 
 /// A pair that could be doubled.
@@ -100,6 +102,7 @@ impl RoundPlanner {
             seconds: 0.0,
             share: 0.0,
             out_of_time: false,
+            too_many_given_up: false,
         }
     }
 
@@ -149,6 +152,7 @@ impl RoundPlanner {
         let scale = if energy > 0.0 { energy } else { 3.0 * self.weights.iter().sum::<f64>() };
         // A bias does not shrink with more rays: where it is too large alone, noise is only made small beside it.
         let squared = |relative: f64| (relative / SAFETY).powi(2) * scale - bias;
+        self.too_many_given_up = squared(self.tolerance) < 0.0;
         let target = squared(PARAMS.aim * self.tolerance).max(PARAMS.least_noise * bias);
         let limit = match &mut self.repeats {
             Some(rounds) => rounds.next().unwrap_or(0),
@@ -195,7 +199,13 @@ impl RoundPlanner {
         if self.repeats.is_some() || keeps(relative_rms, self.tolerance) {
             return Vec::new();
         }
-        let why = if self.out_of_time { "the time is over".to_owned() } else { format!("no pair may have more than {MAX_RAYS} rays") };
+        let why = if self.out_of_time {
+            "the time is over".to_owned()
+        } else if self.too_many_given_up {
+            "rays that are given up could change more, and further rays would not help".to_owned()
+        } else {
+            format!("no pair may have more than {MAX_RAYS} rays")
+        };
         vec![format!("the tolerance {} was not reached: {why}; the estimated relative RMS error is {relative_rms:.2e}", self.tolerance)]
     }
 }

@@ -4,6 +4,7 @@ use super::rays::Sums;
 use crate::direction::MIN_COSINE;
 use crate::filter::plan::BATCHES;
 use crate::filter::value::Value;
+use crate::transport::lost_radiance;
 
 /// The rays of one pair so far.
 #[derive(Clone, Debug)]
@@ -15,7 +16,9 @@ pub(super) struct Tally {
     /// Over all batches; see [`Sums`].
     doubtful: [f64; 3],
     range: [[f64; 3]; 2],
+    brightest: [f64; 3],
     lost: u32,
+    lost_bounces: [f64; 3],
 }
 
 /// Mean and error of one pair.
@@ -34,8 +37,8 @@ pub(super) struct Estimate {
 
 impl Default for Tally {
     fn default() -> Self {
-        let Sums { doubtful, range, lost, .. } = Sums::default();
-        Self { rays: 0, batches: Default::default(), doubtful, range, lost }
+        let Sums { doubtful, range, brightest, lost, lost_bounces, .. } = Sums::default();
+        Self { rays: 0, batches: Default::default(), doubtful, range, brightest, lost, lost_bounces }
     }
 }
 
@@ -47,6 +50,8 @@ impl Tally {
         for c in 0..3 {
             self.batches[batch].0[c] += sums.colour[c];
             self.doubtful[c] += sums.doubtful[c];
+            self.lost_bounces[c] += sums.lost_bounces[c];
+            self.brightest[c] = self.brightest[c].max(sums.brightest[c]);
             self.range[0][c] = self.range[0][c].min(sums.range[0][c]);
             self.range[1][c] = self.range[1][c].max(sums.range[1][c]);
         }
@@ -59,7 +64,7 @@ impl Tally {
         let rays = n * batches;
         let front_rays: u32 = self.batches.iter().map(|b| b.1).sum();
         if front_rays == 0 {
-            return Estimate::default();
+            return self.nothing_seen(rays);
         }
         let front = f64::from(front_rays) / rays;
         let mut estimate = Estimate { front, ..Estimate::default() };
@@ -77,8 +82,7 @@ impl Tally {
             let least = if front_rays < rays as u32 { 0.0 } else { self.range[0][c] };
             let step = (self.range[1][c] - self.range[0][c]) / rays;
             let light_step = (self.range[1][c] - least) / rays;
-            // Rays that were given up could be dark, or see anything that the others do.
-            let change = (self.doubtful[c] + q * f64::from(self.lost)) / rays;
+            let change = self.given_up(c, q) / rays;
             estimate.light[c] = light;
             estimate.light_se[c] = (spread(0.0, light) + light_step * light_step + change * change).sqrt();
             estimate.fbar[c] = q;
@@ -86,6 +90,22 @@ impl Tally {
             estimate.given_up[c] = change / front;
         }
         estimate
+    }
+
+    /// Light of a channel that rays which were given up could have added to the sum over all rays, or taken from it. Light along them could be dark.
+    /// A ray from the viewer could have met what the others meet on the mean, `mean`. One between two events could have met the brightest direct light
+    /// that any ray saw: such rays lie close together, all of them nearly along the surface, and need not see what the mean ray sees.
+    fn given_up(&self, channel: usize, mean: f64) -> f64 {
+        let of_viewer = lost_radiance(mean) * f64::from(self.lost);
+        self.doubtful[channel] + of_viewer + lost_radiance(self.brightest[channel]) * self.lost_bounces[channel]
+    }
+
+    /// The estimate where no ray met a front face: values of 0, in doubt if rays from the viewer were given up.
+    fn nothing_seen(&self, rays: f64) -> Estimate {
+        let in_doubt = if self.lost > 0 { lost_radiance(0.0) } else { 0.0 };
+        let light_se = [in_doubt * f64::from(self.lost) / rays; 3];
+        // The mean over what the viewer sees is that of the rays that were given up.
+        Estimate { light_se, se: [in_doubt; 3], given_up: [in_doubt; 3], ..Estimate::default() }
     }
 }
 
