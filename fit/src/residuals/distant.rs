@@ -55,14 +55,14 @@ impl ResidualBlock for Distant<'_> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::photograph::direction_bins::DirectionBin;
     use crate::residuals::colour_basis::tests::Grooves;
     use crate::residuals::unknowns::Unknown;
     use glam::DVec3;
 
-    fn bin(mean: f64) -> DirectionBin {
+    pub fn bin(mean: f64) -> DirectionBin {
         DirectionBin {
             wi: DVec3::Z,
             wo: DVec3::new(0.6, 0.0, 0.8),

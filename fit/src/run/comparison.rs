@@ -4,6 +4,7 @@ use super::options::POLISH_SAMPLES;
 use super::outcome::Compared;
 use crate::photograph::direction_bins::DirectionBins;
 use crate::photograph::image::Photograph;
+use crate::residuals::input::Interreflection;
 use crate::residuals::interreflection::trace_interreflection;
 use crate::residuals::near_interreflection::PathOptions;
 use crate::residuals::unknowns;
@@ -96,18 +97,19 @@ impl Fitted<'_> {
 }
 
 impl Validating<'_> {
-    /// A photograph that was held out, with its direction bins, beside the material with all of its numbers.
+    /// A photograph that was held out, with its direction bins, beside the material with all of its numbers; what a user should know of its
+    /// interreflection goes to `notes`.
     pub(super) fn validate(
         &self,
         photograph: &Photograph,
         bins: DirectionBins,
         bounces: u32,
+        notes: &mut Vec<String>,
         control: &Control<'_>,
     ) -> Result<(Validation, Compared)> {
+        let name = photograph.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let mut bins = [bins];
-        let options = PathOptions { bounces, seed: self.seed };
-        let traced =
-            if bounces > 0 { Some(trace_interreflection(self.fitted.small, &bins, &[[0.0; 2]], None, options, control)?) } else { None };
+        let traced = self.interreflection(&name, &bins, bounces, notes, control)?;
         let interreflection = traced.as_ref().map(|i| &i.bins[0][..]);
         let stray_light = self.stray_light;
         let light = OtherLight { stray_light, interreflection };
@@ -128,7 +130,6 @@ impl Validating<'_> {
         let own = validate::direction(&photograph);
         let angle = |other: &Compared| own.angle_between(validate::direction(&other.photograph)).to_degrees();
         let angle_deg = self.compared.iter().map(angle).fold(f64::INFINITY, f64::min);
-        let name = photograph.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let compared = self.fitted.compare(photograph, &bins[0], light, relative_rms, control)?;
         let validation = Validation {
             photograph: name,
@@ -143,6 +144,24 @@ impl Validating<'_> {
         };
         Ok((validation, compared))
     }
+
+    /// What the material reflects more than once in the bins of the photograph `name`; `None` without bounces.
+    fn interreflection(
+        &self,
+        name: &str,
+        bins: &[DirectionBins; 1],
+        bounces: u32,
+        notes: &mut Vec<String>,
+        control: &Control<'_>,
+    ) -> Result<Option<Interreflection>> {
+        if bounces == 0 {
+            return Ok(None);
+        }
+        let options = PathOptions { bounces, seed: self.seed };
+        let found = trace_interreflection(self.fitted.small, bins, &[[0.0; 2]], None, options, control)?;
+        notes.extend(found.notes.iter().map(|note| format!("{name}: {note}")));
+        Ok(Some(found))
+    }
 }
 
 /// The factor of a prediction that is nearest to the photograph.
@@ -155,4 +174,35 @@ fn scale_of(bins: &DirectionBins, predicted: &[[f64; 3]], stray_light: [f64; 3])
         }
     }
     if square > 0.0 && product > 0.0 { product / square } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::photograph::direction_bins::DirectionBin;
+    use crate::residuals::distant::tests::bin;
+    use crate::residuals::near_interreflection::tests::floor_under_wall;
+    use biscale::direction::Pair;
+    use biscale::toml_reader::Source;
+    use glam::DVec3;
+
+    #[test]
+    fn interreflection_of_a_held_out_photograph_that_is_in_doubt_is_told_with_its_name() {
+        let text = "format = 1\n[geometry]\nkind = \"grooves\"\n[[surface]]\npart = \"*\"\nbrdf = { model = \"lambert\", albedo = 0.5 }\n";
+        let material = Material::parse(&Source { path: "m.toml".into(), text: text.into() }).unwrap();
+        let pair = Pair { wi: DVec3::new(0.0, 0.3, 1.0).normalize(), wo: DVec3::Z };
+        let bins = [DirectionBins { bins: vec![DirectionBin { wi: pair.wi, wo: pair.wo, ..bin(0.5) }], ..DirectionBins::default() }];
+        let told = |distance: f64, bounces: u32| {
+            let small = floor_under_wall(distance);
+            let fitted = Fitted { material: &material, small: &small, opaque: true };
+            let question = Validating { fitted, compared: &[], training: 0.01, stray_light: [0.0; 3], seed: 1 };
+            let mut notes = Vec::new();
+            let found = question.interreflection("held_out.exr", &bins, bounces, &mut notes, &Control::quiet()).unwrap();
+            (found.is_some(), notes.join("; "))
+        };
+        assert_eq!(told(0.1, 1), (true, String::new()));
+        assert_eq!(told(1e4, 0), (false, String::new()));
+        let (found, notes) = told(1e4, 1);
+        assert!(found && notes.contains("held_out.exr: interreflection: rays of 1 pairs passed"), "{notes}");
+    }
 }

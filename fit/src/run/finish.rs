@@ -188,7 +188,7 @@ fn validate_all(
     for photograph in prepared.spec.of_role(Role::Validation) {
         let sights = sights_of(photograph, prepared.spec, &prepared.start);
         match DirectionBins::new(photograph, &sights, FINE.bins) {
-            Ok(bins) => validations.push(question.validate(photograph, bins, prepared.spec.bounces, control)?),
+            Ok(bins) => validations.push(question.validate(photograph, bins, prepared.spec.bounces, notes, control)?),
             Err(error) => notes.push(format!("a validation photograph cannot be used: {error}")),
         }
     }
