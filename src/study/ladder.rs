@@ -145,40 +145,60 @@ fn improved(facets: u32, normals: u32, energy: [f64; 2]) -> Work {
     Work::by_plan(Plan::LowRank(LowRankPlan::Improved { facets: facets as usize, normals: normals as usize, energy }))
 }
 
+/// Facets where the method of the paper varies something else.
+const FACETS: u32 = 4096;
+/// Side of its map of directions there.
+const DIRECTIONS: u32 = 13;
+/// Largest sides of the maps that M is sampled by there. The paper clamps to 48 x 64, which for narrow lobes takes many minutes a BRDF; what it buys is a
+/// series of its own.
+const RATES: [u32; 2] = [24, 32];
+/// Shares of the power of N and M that its cuts leave there.
+const ENERGY: [f64; 2] = [0.995, 0.98];
+/// Side of the map of normals where the improved method varies something else.
+const NORMALS: u32 = 32;
+/// Facets there.
+const IMPROVED_FACETS: u32 = 8192;
+/// Shares of the power of N and M that its cuts leave there.
+const IMPROVED_ENERGY: [f64; 2] = [0.9999, 0.9999];
+
+/// The low-rank method at all settings; in a quick ladder, and for a list of pairs, at numbers of facets only.
 fn low_rank(asked: Asked, quick: bool) -> Vec<Series> {
-    const FACETS: u32 = 4096;
-    const DIRECTIONS: u32 = 13;
-    // The paper clamps to 48 x 64, which for narrow lobes takes many minutes a BRDF; what it buys is a series of its own.
-    const RATES: [u32; 2] = [24, 32];
-    const ENERGY: [f64; 2] = [0.995, 0.98];
-    const NORMALS: u32 = 32;
-    const IMPROVED_FACETS: u32 = 8192;
-    const IMPROVED_ENERGY: [f64; 2] = [0.9999, 0.9999];
+    let mut all = low_rank_facets(asked, quick);
+    if !quick && asked != Asked::List {
+        all.extend(low_rank_compression(asked));
+    }
+    all
+}
+
+fn low_rank_facets(asked: Asked, quick: bool) -> Vec<Series> {
+    let series = |title: &str, about, steps| Series { asked, title: title.to_owned(), varied: "facets", about, steps };
+    vec![
+        series(
+            "lowrank paper: facets",
+            "the paper samples 500 to 12,000",
+            thinned(&[512, 2048, FACETS, 12_288], quick, 4)
+                .into_iter()
+                .map(|n| (n.to_string(), paper(n, DIRECTIONS, RATES, ENERGY)))
+                .collect(),
+        ),
+        series(
+            "lowrank improved: facets",
+            "visibility for the wanted directions themselves",
+            thinned(&[1024, 4096, IMPROVED_FACETS, 32_768], quick, 4)
+                .into_iter()
+                .map(|n| (n.to_string(), improved(n, NORMALS, IMPROVED_ENERGY)))
+                .collect(),
+        ),
+    ]
+}
+
+/// What decides how far the matrices are compressed.
+fn low_rank_compression(asked: Asked) -> Vec<Series> {
     let series = |title: &str, varied, about, steps: Vec<(String, Work)>| Series { asked, title: title.to_owned(), varied, about, steps };
     let number = |n: u32, work| (n.to_string(), work);
     let energies: [[f64; 2]; 5] = [[0.9, 0.9], [0.98, 0.95], ENERGY, [0.999, 0.995], IMPROVED_ENERGY];
     let shares = |[n, m]: [f64; 2], work| (format!("{n}, {m}"), work);
-    let mut all = vec![
-        series(
-            "lowrank paper: facets",
-            "facets",
-            "the paper samples 500 to 12,000",
-            thinned(&[512, 2048, FACETS, 12_288], quick, 4).into_iter().map(|n| number(n, paper(n, DIRECTIONS, RATES, ENERGY))).collect(),
-        ),
-        series(
-            "lowrank improved: facets",
-            "facets",
-            "visibility for the wanted directions themselves",
-            thinned(&[1024, 4096, IMPROVED_FACETS, 32_768], quick, 4)
-                .into_iter()
-                .map(|n| number(n, improved(n, NORMALS, IMPROVED_ENERGY)))
-                .collect(),
-        ),
-    ];
-    if quick || asked == Asked::List {
-        return all;
-    }
-    all.extend([
+    vec![
         series(
             "lowrank paper: directions of the visibility",
             "side",
@@ -212,8 +232,7 @@ fn low_rank(asked: Asked, quick: bool) -> Vec<Series> {
             "shares of the power of N and M that the cut leaves",
             energies.into_iter().map(|e| shares(e, improved(IMPROVED_FACETS, NORMALS, e))).collect(),
         ),
-    ]);
-    all
+    ]
 }
 
 fn points(quick: bool) -> Vec<Series> {

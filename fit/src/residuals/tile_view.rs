@@ -376,7 +376,7 @@ mod tests {
     }
 
     #[test]
-    fn blur_moves_light_between_kinds_and_loses_none() {
+    fn blur_moves_light_between_clusters_and_loses_none() {
         let (sharp, soft) = (view(0.0), view(0.04));
         for slot in 0..3 {
             let all = |parts: &[ClusterView]| parts.iter().map(|p| p.light[slot][0]).sum::<f64>();

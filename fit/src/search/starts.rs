@@ -20,13 +20,13 @@ pub struct Start {
     pub point: Vec<f64>,
     /// The objective there.
     pub objective: f64,
-    /// Evaluations of all stages, those between them included that find at what height the periods of the close-up were laid.
+    /// Evaluations of all stages, those between them included that find at what height the periods of the close-up are registered.
     pub evaluations: usize,
     /// Whether the last search of it ended because its points came together.
     pub converged: bool,
     /// Restarts after a simplex had degenerated, or to confirm.
     pub restarts: usize,
-    /// Which surfaces the kinds of the close-up were taken for.
+    /// Which surfaces the colour clusters of the close-up were taken for.
     pub choice: usize,
     /// How the periods of the close-up are registered, once it is known.
     pub registration: Option<Registration>,
