@@ -1,6 +1,7 @@
 //! The catalogue of checks: codes, thresholds, and what to do when one fails.
 
 use biscale::formats::capture::{Check, Severity};
+use biscale::numerics::outcome::Outcome;
 
 /// A code of the catalogue, with what it is about. `docs/capture.md` lists them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -23,6 +24,7 @@ pub enum CheckCode {
     CalibrationError,
     ScaleMismatch,
     PoseError,
+    NotConverged,
     NoScale,
     UnevenLight,
     CheckerNotFound,
@@ -36,7 +38,7 @@ pub enum CheckCode {
 }
 
 /// All codes with their names and meanings, in the order of the work.
-pub const CATALOGUE: [(CheckCode, &str, &str); 27] = [
+pub const CATALOGUE: [(CheckCode, &str, &str); 28] = [
     (CheckCode::Unreadable, "UNREADABLE", "a file is no image, or damaged"),
     (CheckCode::WrongSize, "WRONG_SIZE", "a photograph has another size than the others"),
     (CheckCode::NotLinear, "NOT_LINEAR", "values are not proportional to light"),
@@ -54,6 +56,7 @@ pub const CATALOGUE: [(CheckCode, &str, &str); 27] = [
     (CheckCode::CalibrationError, "CALIBRATION_ERROR", "the calibrated camera does not explain its views, or is uncertain"),
     (CheckCode::ScaleMismatch, "SCALE_MISMATCH", "lengths disagree: the print is not at 100 %, or a length is wrong"),
     (CheckCode::PoseError, "POSE_ERROR", "the markers do not lie where the shape says"),
+    (CheckCode::NotConverged, "NOT_CONVERGED", "a least-squares search used up its steps: its result may be off"),
     (CheckCode::NoScale, "NO_SCALE", "nothing tells how large the close-up is"),
     (CheckCode::UnevenLight, "UNEVEN_LIGHT", "the light is not even"),
     (CheckCode::CheckerNotFound, "CHECKER_NOT_FOUND", "no colour checker is seen"),
@@ -190,6 +193,15 @@ impl Checks {
         reading.unit.clone_into(&mut check.unit);
     }
 
+    /// Adds a warning if the search for `what` in a photograph used up its steps: the result is the best so far, and its standard deviations hold for
+    /// the least sum of squares only. `remedy` says what would help.
+    pub fn search(&mut self, photograph: &str, what: &str, outcome: Outcome, remedy: &str) {
+        if !outcome.converged() {
+            let message = format!("the search for {what} used up its steps; the best so far is taken, which may be off: {remedy}");
+            self.add(CheckCode::NotConverged, Severity::Warn, Some(photograph), message);
+        }
+    }
+
     /// The worst of them.
     pub fn worst(&self) -> Severity {
         self.0.iter().map(|c| c.severity).max().unwrap_or(Severity::Ok)
@@ -209,5 +221,16 @@ mod tests {
         assert_eq!(checks.worst(), Severity::Fail);
         assert_eq!((checks.0[1].measured, checks.0[1].threshold, &*checks.0[1].code), (Some(2.5), Some(2.0), "BLURRY"));
         assert_eq!(checks.0[3].measured, None);
+    }
+
+    #[test]
+    fn a_search_that_used_up_its_steps_warns_and_says_what_to_do() {
+        let mut checks = Checks::default();
+        checks.search("a.png", "the pose", Outcome::Converged, "show more markers");
+        assert!(checks.0.is_empty());
+        checks.search("a.png", "the pose", Outcome::Exhausted, "show more markers");
+        let [check] = &checks.0[..] else { panic!("{checks:?}") };
+        assert_eq!((&*check.code, check.severity, check.photograph.as_deref()), ("NOT_CONVERGED", Severity::Warn, Some("a.png")));
+        assert!(check.message.contains("the pose") && check.message.ends_with("show more markers"), "{}", check.message);
     }
 }

@@ -3,6 +3,7 @@
 use biscale::numerics::colour::{RGB_TO_XYZ, WHITE_D50, lab, xyz_of_lab};
 use biscale::numerics::least_squares::{LeastSquaresParams, minimise};
 use biscale::numerics::linear_algebra;
+use biscale::numerics::outcome::Outcome;
 use glam::{DMat3, DVec3};
 
 /// CIE L*a*b* (D50, 2 degrees) of the 24 patches of the `ColorChecker` Classic as measured by its maker in 2005, row by row from dark skin to black.
@@ -95,6 +96,8 @@ pub struct Correction {
     pub matrix: DMat3,
     /// Delta E 2000 of each patch.
     pub delta_e: Vec<f64>,
+    /// How the search for the matrix ended.
+    pub outcome: Outcome,
 }
 
 impl Correction {
@@ -113,6 +116,10 @@ impl Correction {
 ///
 /// `None` if the patches do not determine one, or hold what is no number.
 pub fn fit(measured: &[[f64; 3]], reference: &[[f64; 3]]) -> Option<Correction> {
+    fit_with(measured, reference, LeastSquaresParams::default())
+}
+
+fn fit_with(measured: &[[f64; 3]], reference: &[[f64; 3]], search: LeastSquaresParams) -> Option<Correction> {
     let rows: Vec<Vec<f64>> = measured.iter().map(|m| m.to_vec()).collect();
     let mut start = Vec::new();
     for c in 0..3 {
@@ -126,10 +133,10 @@ pub fn fit(measured: &[[f64; 3]], reference: &[[f64; 3]]) -> Option<Correction> 
         measured.iter().zip(&targets).flat_map(|(m, w)| (DVec3::from(lab((matrix * DVec3::from(*m)).into())) - w).to_array()).collect()
     };
     let scale: Vec<f64> = start.iter().map(|v| v.abs().max(1e-3 * start.iter().fold(0.0, |a: f64, b| a.max(b.abs())))).collect();
-    let fit = minimise(&start, &scale, &residuals, LeastSquaresParams::default()).finite()?;
+    let fit = minimise(&start, &scale, &residuals, search).finite()?;
     let matrix = matrix_of(&fit.parameters);
     let delta_e = measured.iter().zip(&targets).map(|(m, w)| delta_e_2000(lab((matrix * DVec3::from(*m)).into()), (*w).into())).collect();
-    matrix.is_finite().then_some(Correction { matrix, delta_e })
+    matrix.is_finite().then_some(Correction { matrix, delta_e, outcome: fit.outcome })
 }
 
 /// Exponent `g` of `value = light^g` by the greys of a checker: the slope of their logarithms. `None` if a value is not positive.
@@ -207,5 +214,8 @@ mod tests {
         assert!(fit(&curved, &reference).unwrap().worst_delta_e() > 6.0);
         assert!(fit(&[[0.1; 3]; 24], &reference).is_none(), "grey patches only");
         assert!(grey_exponent(&[[0.0; 3]; 24]).is_none());
+        // Linear least squares do not end where the differences in L*a*b* are smallest: one step is not enough.
+        let with = |steps| fit_with(&curved, &reference, LeastSquaresParams { steps, ..LeastSquaresParams::default() }).unwrap().outcome;
+        assert_eq!((with(1), with(60)), (Outcome::Exhausted, Outcome::Converged));
     }
 }

@@ -100,8 +100,8 @@ pub fn refine(
     let mut best = start.clone();
     for _ in 0..PARAMS.rounds {
         let edges: Vec<Edge> = markers.corners.iter().flat_map(|m| edges_of_marker(m, &best.pose, lens, image, markers)).collect();
-        let Some((pose, turn, shift)) = fit(&best.pose, edges, lens) else { return start.clone() };
-        (best.pose, best.sigma_turn, best.sigma_shift) = (pose, turn, shift);
+        let Some(found) = fit(&best.pose, edges, lens) else { return start.clone() };
+        best = PoseEstimate { used: best.used, ..found };
     }
     let used: Vec<Sighting> = corners.iter().zip(&start.used).filter(|(_, u)| **u).map(|(s, _)| *s).collect();
     best.rms_px = rms(&best.pose, &used, lens);
@@ -167,8 +167,8 @@ fn crossing(image: &impl GreyImage, at: DVec2, across: DVec2, reach: f64) -> Opt
     (off.abs() < PARAMS.most_off * reach).then_some(off)
 }
 
-/// The pose that explains edges best, and its standard deviations.
-fn fit(start: &Pose, mut edges: Vec<Edge>, lens: &Lens) -> Option<(Pose, DVec3, DVec3)> {
+/// The pose that explains edges best. `rms_px` is that of the distances from the edges, and nothing is in `used`.
+fn fit(start: &Pose, mut edges: Vec<Edge>, lens: &Lens) -> Option<PoseEstimate> {
     let scale = start.translation.length().max(1.0);
     let of = |p: &[f64]| moved(start, scale, p);
     let residuals = |pose: &Pose, edges: &[Edge]| -> Vec<f64> {
@@ -185,7 +185,14 @@ fn fit(start: &Pose, mut edges: Vec<Edge>, lens: &Lens) -> Option<(Pose, DVec3, 
             let variance = fit.cost / (edges.len() - UNKNOWNS) as f64;
             let covariance = fit.covariance?;
             let sigma = |k: usize| (variance * covariance[k * (UNKNOWNS + 1)]).sqrt();
-            return Some((pose, DVec3::new(sigma(0), sigma(1), sigma(2)), scale * DVec3::new(sigma(3), sigma(4), sigma(5))));
+            return Some(PoseEstimate {
+                pose,
+                sigma_turn: DVec3::new(sigma(0), sigma(1), sigma(2)),
+                sigma_shift: scale * DVec3::new(sigma(3), sigma(4), sigma(5)),
+                rms_px: (fit.cost / edges.len() as f64).sqrt(),
+                used: Vec::new(),
+                outcome: fit.outcome,
+            });
         }
         // What lies far off is no side of a marker.
         let off: Vec<f64> = residuals(&pose, &edges).iter().map(|r| r.abs()).collect();
@@ -244,7 +251,7 @@ mod tests {
     fn a_pose_around_a_cylinder_is_improved_to_hundredths_of_a_degree() {
         let truth = Pose::looking_at(DVec3::new(120.0, 190.0, 40.0), DVec3::ZERO, DVec3::Z);
         let rough = truth.moved(DVec3::new(0.003, -0.004, 0.003), DVec3::new(0.1, -0.1, 0.3));
-        let start = PoseEstimate { pose: rough, sigma_turn: DVec3::ZERO, sigma_shift: DVec3::ZERO, rms_px: 2.0, used: Vec::new() };
+        let start = PoseEstimate { rms_px: 2.0, ..PoseEstimate::given(rough) };
         let corners = Print::markers();
         let markers = PrintedMarkers { corners: &corners, cells: 7.0, place: &Print::place };
         let found = refine(&start, &[], &LENS, &Print(truth), &markers);

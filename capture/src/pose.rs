@@ -2,6 +2,7 @@
 
 use crate::lens::{Lens, Pose};
 use biscale::numerics::least_squares::{LeastSquaresParams, minimise};
+use biscale::numerics::outcome::Outcome;
 use biscale::numerics::statistics::upper_median;
 use glam::{DVec2, DVec3};
 
@@ -27,6 +28,27 @@ pub struct PoseEstimate {
     pub rms_px: f64,
     /// Which sightings it rests on; the others lie far off.
     pub used: Vec<bool>,
+    /// How the last search for it ended; not [`Outcome::Converged`], pose and standard deviations are those of the best so far.
+    pub outcome: Outcome,
+}
+
+impl PoseEstimate {
+    /// A pose that is known.
+    pub fn given(pose: Pose) -> Self {
+        let sigma = DVec3::ZERO;
+        Self { pose, sigma_turn: sigma, sigma_shift: sigma, rms_px: 0.0, used: Vec::new(), outcome: Outcome::Converged }
+    }
+}
+
+/// How large a pattern is relative to what it should be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RelativeScale {
+    /// Its size over that.
+    pub scale: f64,
+    /// Standard deviation of `scale`.
+    pub sigma: f64,
+    /// How the search for it ended.
+    pub outcome: Outcome,
 }
 
 /// How a pose is refined. Chosen, not measured.
@@ -68,6 +90,10 @@ pub fn rms(pose: &Pose, sightings: &[Sighting], lens: &Lens) -> f64 {
 ///
 /// `None` if they do not determine a pose.
 pub fn refine(start: &Pose, sightings: &[Sighting], lens: &Lens) -> Option<PoseEstimate> {
+    refine_with(start, sightings, lens, LeastSquaresParams::default())
+}
+
+fn refine_with(start: &Pose, sightings: &[Sighting], lens: &Lens, search: LeastSquaresParams) -> Option<PoseEstimate> {
     let mut used = vec![true; sightings.len()];
     let mut pose = *start;
     for round in 0..PARAMS.rounds {
@@ -78,9 +104,7 @@ pub fn refine(start: &Pose, sightings: &[Sighting], lens: &Lens) -> Option<PoseE
         let base = pose;
         let scale = base.translation.length().max(1.0);
         let of = |p: &[f64]| moved(&base, scale, p);
-        let fit =
-            minimise(&[0.0; UNKNOWNS], &[PARAMS.change; UNKNOWNS], &|p| residuals(&of(p), &kept, lens), LeastSquaresParams::default())
-                .finite()?;
+        let fit = minimise(&[0.0; UNKNOWNS], &[PARAMS.change; UNKNOWNS], &|p| residuals(&of(p), &kept, lens), search).finite()?;
         pose = of(&fit.parameters);
         let distances: Vec<f64> = residuals(&pose, sightings, lens).chunks(2).map(|r| r[0].hypot(r[1])).collect();
         let mut sorted: Vec<f64> = distances.iter().zip(&used).filter(|(_, u)| **u).map(|(d, _)| *d).collect();
@@ -97,6 +121,7 @@ pub fn refine(start: &Pose, sightings: &[Sighting], lens: &Lens) -> Option<PoseE
                 sigma_shift: scale * DVec3::new(sigma(3), sigma(4), sigma(5)),
                 rms_px: (fit.cost / kept.len() as f64).sqrt(),
                 used,
+                outcome: fit.outcome,
             });
         }
         used = next;
@@ -104,9 +129,9 @@ pub fn refine(start: &Pose, sightings: &[Sighting], lens: &Lens) -> Option<PoseE
     None
 }
 
-/// How large the points' pattern is relative to what it should be, and its standard deviation, for a pattern whose shape changes with its size: on a
-/// cylinder of known radius. `at(k)` are the points of a pattern `k` times as large.
-pub fn relative_scale(start: &Pose, pixels: &[DVec2], lens: &Lens, at: &dyn Fn(f64) -> Vec<DVec3>) -> Option<(f64, f64)> {
+/// How large the points' pattern is relative to what it should be, for a pattern whose shape changes with its size: on a cylinder of known radius.
+/// `at(k)` are the points of a pattern `k` times as large.
+pub fn relative_scale(start: &Pose, pixels: &[DVec2], lens: &Lens, at: &dyn Fn(f64) -> Vec<DVec3>) -> Option<RelativeScale> {
     if pixels.len() < PARAMS.fewest_for_scale {
         return None;
     }
@@ -119,7 +144,8 @@ pub fn relative_scale(start: &Pose, pixels: &[DVec2], lens: &Lens, at: &dyn Fn(f
     };
     let fit = minimise(&[0.0; UNKNOWNS + 1], &[PARAMS.change; UNKNOWNS + 1], &cost, LeastSquaresParams::default()).finite()?;
     let variance = fit.cost / (2 * pixels.len() - (UNKNOWNS + 1)) as f64;
-    Some((1.0 + fit.parameters[6], (variance * fit.covariance?[(UNKNOWNS + 1).pow(2) - 1]).sqrt()))
+    let sigma = (variance * fit.covariance?[(UNKNOWNS + 1).pow(2) - 1]).sqrt();
+    Some(RelativeScale { scale: 1.0 + fit.parameters[6], sigma, outcome: fit.outcome })
 }
 
 #[cfg(test)]
@@ -170,6 +196,15 @@ mod tests {
     }
 
     #[test]
+    fn a_pose_tells_that_its_search_used_up_its_steps() {
+        let truth = Pose::looking_at(DVec3::new(60.0, -200.0, 350.0), DVec3::ZERO, DVec3::Y);
+        let start = truth.moved(DVec3::new(0.1, -0.05, 0.08), DVec3::new(5.0, -9.0, 30.0));
+        let sightings = seen(&truth, &points(), 0.5);
+        let with = |steps| refine_with(&start, &sightings, &LENS, LeastSquaresParams { steps, ..LeastSquaresParams::default() }).unwrap();
+        assert_eq!((with(1).outcome, with(60).outcome), (Outcome::Exhausted, Outcome::Converged));
+    }
+
+    #[test]
     fn the_size_of_a_pattern_on_a_cylinder_is_seen() {
         let truth = Pose::looking_at(DVec3::new(150.0, 30.0, 20.0), DVec3::ZERO, DVec3::Z);
         let at = |k: f64| -> Vec<DVec3> {
@@ -182,7 +217,7 @@ mod tests {
         };
         let pixels: Vec<DVec2> = seen(&truth, &at(0.97), 0.1).iter().map(|s| s.pixel).collect();
         let start = truth.moved(DVec3::new(0.01, 0.0, 0.01), DVec3::new(1.0, 1.0, 4.0));
-        let (scale, sigma) = relative_scale(&start, &pixels, &LENS, &at).unwrap();
-        assert!((scale - 0.97).abs() < 4.0 * sigma.max(1e-4) && sigma < 3e-3, "{scale} +/- {sigma}");
+        let RelativeScale { scale, sigma, outcome } = relative_scale(&start, &pixels, &LENS, &at).unwrap();
+        assert!(outcome.converged() && (scale - 0.97).abs() < 4.0 * sigma.max(1e-4) && sigma < 3e-3, "{scale} +/- {sigma}");
     }
 }

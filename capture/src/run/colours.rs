@@ -10,6 +10,7 @@ use crate::shoot::{PhotoSpec, Registration, Role};
 use crate::vision::checker::{self, Checker};
 use biscale::error::Result;
 use biscale::formats::capture::{Colour, Light, Severity};
+use biscale::numerics::outcome::Outcome;
 use glam::{DMat3, DVec3};
 
 /// A mean Delta E 2000 over this means that what was found is no checker. Chosen.
@@ -117,6 +118,8 @@ impl Session<'_> {
             Severity::Ok => (CHECKER.warn, "all patches are reached"),
         };
         self.checks.valued(CheckCode::CheckerBadFit, severity, Reading::of(name, worst, "Delta E 2000, worst patch"), threshold, message);
+        let remedy = "light the whole checker evenly, without glare, and expose so that no patch is saturated or black";
+        self.checks.search(name, "the colours of the checker", found.correction.outcome, remedy);
     }
 
     /// Finds the colour matrix by the patches of the sheet, whose references are what was sent to the printer: only as good as that prints.
@@ -149,6 +152,8 @@ impl Session<'_> {
         }
         let correction = fit(&measured, &reference).or_else(|| white_balance(&measured, &reference));
         if let Some(correction) = correction {
+            let remedy = "photograph a colour checker, or light the sheet evenly and without glare";
+            self.checks.search(&shot.name, "the colours of the sheet's patches", correction.outcome, remedy);
             self.brightness.insert(spec.light.clone(), 1.0);
             self.colours = Some(CheckerColour { correction, source: "sheet", light: spec.light.clone() });
         }
@@ -194,7 +199,7 @@ fn white_balance(measured: &[[f64; 3]], reference: &[[f64; 3]]) -> Option<Correc
             )
         })
         .collect();
-    (matrix.is_finite() && !measured.is_empty()).then_some(Correction { matrix, delta_e })
+    (matrix.is_finite() && !measured.is_empty()).then_some(Correction { matrix, delta_e, outcome: Outcome::Converged })
 }
 
 fn rows(m: DMat3) -> [[f64; 3]; 3] {

@@ -9,7 +9,7 @@ use crate::edge_pose::{self, PrintedMarkers};
 use crate::edges::GreyImage;
 use crate::lens::{Lens, Pose};
 use crate::photo::PlanarImage;
-use crate::pose::{self, PoseEstimate, Sighting};
+use crate::pose::{self, PoseEstimate, RelativeScale, Sighting};
 use crate::report::Mark;
 use crate::sheet::{Sheet, Target};
 use crate::shoot::{PhotoSpec, Registration, Role, Shape, Shoot};
@@ -126,8 +126,7 @@ impl Session<'_> {
         };
         if let Some([eye, target, up]) = spec.view {
             let pose = Pose::looking_at(eye, target, up);
-            let found = PoseEstimate { pose, sigma_turn: DVec3::ZERO, sigma_shift: DVec3::ZERO, rms_px: 0.0, used: Vec::new() };
-            return Ok(Some(Registered { found, lens, marks: Vec::new() }));
+            return Ok(Some(Registered { found: PoseEstimate::given(pose), lens, marks: Vec::new() }));
         }
         let of_sheet;
         let layout = match (&shoot.sample.on, &shoot.board) {
@@ -183,6 +182,7 @@ impl Session<'_> {
         let measured = if left_out > PARAMS.most_left_out { f64::INFINITY } else { found.rms_px };
         let reading = Reading::of(name, measured, "px (RMS)");
         let severity = self.checks.limit(CheckCode::PoseError, reading, POSE, "the markers are where the shape says", bad);
+        self.checks.search(name, "where the camera stood", found.outcome, "show more of the markers, all around the sample, and in focus");
         if thorough && severity < Severity::Fail {
             let sides: Vec<[DVec2; 4]> = seen.markers.iter().map(|m| m.1).collect();
             self.sharpness(name, &Luminance(picture), &sides, layout.dictionary.as_ref());
@@ -206,7 +206,8 @@ impl Session<'_> {
         let used: Vec<(DVec2, DVec2)> = seen.corners.iter().zip(&found.used).filter(|(_, u)| **u).map(|(c, _)| *c).collect();
         let pixels: Vec<DVec2> = used.iter().map(|c| c.1).collect();
         let at = |k: f64| used.iter().map(|c| on_print(shoot, c.0, k).0).collect();
-        let Some((scale, sigma)) = pose::relative_scale(&found.pose, &pixels, lens, &at) else { return };
+        let Some(RelativeScale { scale, sigma, outcome }) = pose::relative_scale(&found.pose, &pixels, lens, &at) else { return };
+        self.checks.search(name, "how large the sheet was printed", outcome, "show markers around more of the cylinder");
         if sigma < PARAMS.scale_sigma {
             let good = "the sheet has the size that its sidecar says";
             let bad =
