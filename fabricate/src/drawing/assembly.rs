@@ -1,7 +1,7 @@
 //! The page that tells how to put the pieces together: the folded surface, the pieces with their numbers, the order.
 
 use super::page::{BLACK, GREY, Layer, Mark, Page, Style, WHITE, srgb, text_width};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Side};
 use crate::paper::Paper;
 use crate::polygon::{area, bounds};
 use crate::unfold::{Pattern, Piece};
@@ -30,7 +30,7 @@ pub fn order(mesh: &Mesh, pattern: &Pattern) -> Vec<usize> {
     }
     let mut common = vec![std::collections::BTreeMap::<usize, f64>::new(); pattern.pieces.len()];
     for &(edge, _) in &pattern.glued {
-        if let [Some((f, _)), Some((g, _))] = mesh.edges[edge as usize].sides {
+        if let [Some(Side { facet: f, .. }), Some(Side { facet: g, .. })] = mesh.edges[edge as usize].sides {
             let (a, b) = (piece_of[f as usize], piece_of[g as usize]);
             if a != b {
                 *common[a].entry(b).or_default() += mesh.length(edge as usize);

@@ -182,7 +182,7 @@ impl PieceDrawing<'_> {
         if self.look.angles {
             for fold in piece.folds.iter().filter(|f| f.angle.abs() >= FLAT) {
                 let text = format!("{:.0}°", fold.angle.abs().to_degrees());
-                let (f, _) = self.mesh.edges[fold.edge as usize].sides[0].expect("a fold has two facets");
+                let f = self.mesh.edges[fold.edge as usize].sides[0].expect("a fold has two facets").facet;
                 let before = labels.missed;
                 labels.along(fold.ends, facet(f), &text, ANGLE);
                 // An angle that finds no place is told by the model's shape; a number that finds none is missed.

@@ -3,7 +3,7 @@
 //! Written as the specification says: `edges_faces` names the face to the left of the edge first, `null` where there is none, faces run
 //! counter-clockwise, valley angles are positive. What a verifier needs beyond it stands in keys with the prefix `biscale:`.
 
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Side};
 use crate::unfold::{Pattern, Piece};
 use glam::DVec2;
 use rustc_hash::FxHashMap;
@@ -148,8 +148,8 @@ impl Corners {
         let mut corners = Self { first, parent: (0..total).collect() };
         for (k, (f, polygon)) in piece.facets.iter().enumerate() {
             for (c, edge) in mesh.facets[*f as usize].edges.iter().enumerate() {
-                let Some((g, j)) = joined.get(edge).and_then(|_| mesh.other(*edge, *f)) else { continue };
-                let other = place[&g];
+                let Some(Side { facet: neighbour, place: j }) = joined.get(edge).and_then(|_| mesh.other(*edge, *f)) else { continue };
+                let other = place[&neighbour];
                 let m = piece.facets[other].1.len();
                 // The neighbour runs the edge the other way.
                 corners.join(k, c, other, (j as usize + 1) % m);

@@ -4,13 +4,22 @@ use biscale::error::BadInput;
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
+/// A facet at an edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Side {
+    /// The facet.
+    pub facet: u32,
+    /// The place of the edge among those of the facet; it runs from the corner at this place to the next one.
+    pub place: u32,
+}
+
 /// Where two facets meet, or the surface ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge {
     /// Its ends, in the order of the first facet.
     pub ends: [u32; 2],
-    /// The facets on both sides and the place of the edge in each; the second is `None` at the surface's border.
-    pub sides: [Option<(u32, u32)>; 2],
+    /// The facets on both sides; the second is `None` at the surface's border.
+    pub sides: [Option<Side>; 2],
     /// Fold angle in radians, -pi to pi: positive for a valley, negative for a mountain, seen from outside; 0 is flat.
     pub angle: f64,
 }
@@ -47,7 +56,7 @@ impl Adjacency {
             let mut own = Vec::with_capacity(n);
             for k in 0..n {
                 let (a, b) = (corners[k], corners[(k + 1) % n]);
-                let here = Some((polygon, u32::try_from(k).expect("few corners")));
+                let here = Some(Side { facet: polygon, place: u32::try_from(k).expect("few corners") });
                 let middle = || place(0.5 * (vertices[a as usize] + vertices[b as usize]));
                 let id = match found.get(&(a.min(b), a.max(b))) {
                     None => {

@@ -1,6 +1,6 @@
 //! Triangles to facets: checked, welded, coplanar neighbours merged, edges with their fold angles.
 
-use super::adjacency::{Adjacency, Edge};
+use super::adjacency::{Adjacency, Edge, Side};
 use super::facet::Facet;
 use super::faceted::Mesh;
 use super::merge::{drop_collinear, merge_coplanar};
@@ -82,7 +82,7 @@ impl Mesh {
 
     /// Fold angle at an edge, from the normals on both sides.
     fn fold_angle(&self, edge: usize) -> f64 {
-        let Edge { ends, sides: [Some((f, _)), Some((g, _))], .. } = self.edges[edge] else { return 0.0 };
+        let Edge { ends, sides: [Some(Side { facet: f, .. }), Some(Side { facet: g, .. })], .. } = self.edges[edge] else { return 0.0 };
         let [a, b] = ends.map(|v| self.vertices[v as usize]);
         let (n, m) = (self.facets[f as usize].normal, self.facets[g as usize].normal);
         let along = (b - a).normalize_or_zero();

@@ -1,6 +1,6 @@
 //! The surface of facets, and what can be asked of it.
 
-use super::adjacency::Edge;
+use super::adjacency::{Edge, Side};
 use super::facet::{Facet, width};
 use super::triangles::under;
 use glam::DVec3;
@@ -73,15 +73,13 @@ impl Mesh {
 
     /// Edges of a facet that have another facet behind them, with that facet.
     pub fn neighbours(&self, facet: u32) -> impl Iterator<Item = (u32, u32)> + '_ {
-        self.facets[facet as usize].edges.iter().filter_map(move |&e| self.other(e, facet).map(|(g, _)| (e, g)))
+        self.facets[facet as usize].edges.iter().filter_map(move |&e| self.other(e, facet).map(|side| (e, side.facet)))
     }
 
-    /// What lies on the other side of an edge: the facet, and the edge's place in it.
-    pub fn other(&self, edge: u32, facet: u32) -> Option<(u32, u32)> {
-        let [a, b] = self.edges[edge as usize].sides;
-        match (a, b) {
-            (Some((f, _)), other) if f == facet => other,
-            (other, Some((g, _))) if g == facet => other,
+    /// What lies on the other side of an edge of a facet.
+    pub fn other(&self, edge: u32, facet: u32) -> Option<Side> {
+        match self.edges[edge as usize].sides {
+            [Some(own), other] | [other, Some(own)] if own.facet == facet => other,
             _ => None,
         }
     }

@@ -1,6 +1,6 @@
 //! Coplanar neighbours joined to one facet.
 
-use super::adjacency::Adjacency;
+use super::adjacency::{Adjacency, Side};
 use super::t_junctions::fan_with_points;
 use super::tolerance::{FLAT_ANGLE, FLAT_SHARE, Tolerance};
 use super::triangles::{Triangles, newell};
@@ -36,7 +36,7 @@ pub(super) fn merge_coplanar(
     loop {
         let mut changed = false;
         for e in &adjacency.edges {
-            let [Some((f, _)), Some((g, _))] = e.sides else { continue };
+            let [Some(Side { facet: f, .. }), Some(Side { facet: g, .. })] = e.sides else { continue };
             let (f, g) = (root(&mut owner, f), root(&mut owner, g));
             // A group keeps the kind of its first triangle, as all of it are of one kind.
             if f == g || kinds[f as usize] != kinds[g as usize] {

@@ -14,7 +14,7 @@ mod tolerance;
 mod triangles;
 
 pub(crate) use adjacency::Adjacency;
-pub use adjacency::Edge;
+pub use adjacency::{Edge, Side};
 pub use build::MAX_FACETS;
 pub use facet::{Facet, width};
 pub use faceted::Mesh;

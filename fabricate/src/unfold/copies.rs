@@ -6,7 +6,7 @@
 
 use super::pattern::Pattern;
 use super::piece::Piece;
-use crate::mesh::{Edge, Mesh};
+use crate::mesh::{Edge, Mesh, Side};
 use glam::DVec2;
 use rustc_hash::FxHashMap;
 
@@ -93,7 +93,7 @@ impl Copies {
 
     /// How often the part with an edge of `once` stands there.
     pub fn count(&self, edge: usize) -> usize {
-        let (facet, _) = self.once.edges[edge].sides[0].expect("every edge has a facet");
+        let facet = self.once.edges[edge].sides[0].expect("every edge has a facet").facet;
         self.kinds[self.place[facet as usize].0].copies.len()
     }
 
@@ -101,7 +101,7 @@ impl Copies {
     pub fn expand(&self, mesh: &Mesh, pattern: Pattern) -> Pattern {
         let mut out = Pattern::default();
         let kind_of = |edge: u32| {
-            let (facet, _) = self.once.edges[edge as usize].sides[0].expect("every edge has a facet");
+            let facet = self.once.edges[edge as usize].sides[0].expect("every edge has a facet").facet;
             self.place[facet as usize].0
         };
         for (edge, number) in pattern.glued {
@@ -126,10 +126,10 @@ impl Copies {
         if copy == 0 {
             return self.edges[edge as usize];
         }
-        let (facet, k) = self.once.edges[edge as usize].sides[0].expect("every edge has a facet");
+        let Side { facet, place } = self.once.edges[edge as usize].sides[0].expect("every edge has a facet");
         let twin = self.twin(facet, copy);
         let edges = &mesh.facets[twin.facet as usize].edges;
-        edges[(k + twin.turn) as usize % edges.len()]
+        edges[(place + twin.turn) as usize % edges.len()]
     }
 
     fn copy_of(&self, mesh: &Mesh, piece: &Piece, copy: usize) -> Piece {
@@ -140,10 +140,10 @@ impl Copies {
             polygon.rotate_right(twin.turn as usize);
         }
         for fold in &mut out.folds {
-            let (first, _) = self.once.edges[fold.edge as usize].sides[0].expect("a fold has two facets");
+            let first = self.once.edges[fold.edge as usize].sides[0].expect("a fold has two facets").facet;
             fold.edge = self.edge(mesh, fold.edge, copy);
             // The ends stand in the order of the edge's first facet, which may be the other one here.
-            if mesh.edges[fold.edge as usize].sides[0].is_none_or(|(f, _)| f != self.twin(first, copy).facet) {
+            if mesh.edges[fold.edge as usize].sides[0].is_none_or(|side| side.facet != self.twin(first, copy).facet) {
                 fold.ends.reverse();
             }
         }
@@ -176,7 +176,7 @@ fn part_of(mesh: &Mesh, facets: &[u32]) -> (Mesh, Vec<u32>) {
     };
     let edge = |&e: &u32| {
         let edge = mesh.edges[e as usize];
-        Edge { sides: edge.sides.map(|side| side.map(|(f, k)| (facet_place[f as usize], k))), ..edge }
+        Edge { sides: edge.sides.map(|side| side.map(|s| Side { facet: facet_place[s.facet as usize], ..s })), ..edge }
     };
     let once = Mesh {
         vertices: mesh.vertices.clone(),
@@ -232,7 +232,7 @@ fn walk(mesh: &Mesh, first: &[u32], start: u32, twin: Twin, tolerance: f64, step
         for (k, &edge) in own.iter().enumerate() {
             let edge_there = other[(k + here.turn as usize) % other.len()];
             let (a, b) = (mesh.other(edge, f), mesh.other(edge_there, here.facet));
-            let ((g, j), (h, l)) = match (a, b) {
+            let (Side { facet: g, place: j }, Side { facet: h, place: l }) = match (a, b) {
                 (None, None) => continue,
                 (Some(a), Some(b)) => (a, b),
                 _ => return None,

@@ -76,8 +76,10 @@ impl Piece {
             for (k, &edge) in facet.edges.iter().enumerate() {
                 let ends = [polygon[k], polygon[(k + 1) % polygon.len()]];
                 let data = &mesh.edges[edge as usize];
-                let Some((_, _)) = data.sides[1] else { continue };
-                let side = usize::from(data.sides[0].is_none_or(|(g, _)| g != f));
+                if data.sides[1].is_none() {
+                    continue;
+                }
+                let side = usize::from(data.sides[0].is_none_or(|first| first.facet != f));
                 if net.joined[edge as usize] {
                     if side == 0 {
                         piece.folds.push(Fold { edge, ends, angle: data.angle });
@@ -144,9 +146,9 @@ fn outline(net: &Net<'_, '_>, mesh: &Mesh, piece: &Piece) -> Vec<Vec<DVec2>> {
             // Round the end of this edge, over the joined edges there, to the next open one.
             k = (k + 1) % n;
             while !open(f, k) {
-                let (g, j) = mesh.other(mesh.facets[f as usize].edges[k], f).expect("joined edges have two facets");
-                f = g;
-                k = (j as usize + 1) % polygons[&g].len();
+                let there = mesh.other(mesh.facets[f as usize].edges[k], f).expect("joined edges have two facets");
+                f = there.facet;
+                k = (there.place as usize + 1) % polygons[&f].len();
             }
         }
         loops.push(points);

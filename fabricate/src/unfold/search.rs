@@ -167,14 +167,14 @@ fn grow(net: &mut Net<'_, '_>, weights: &[f64], slit: f64, random: &mut Random, 
         let push = |heap: &mut BinaryHeap<LayCandidate>, placed: &[bool], f: u32| {
             for (edge, g) in mesh.neighbours(f) {
                 if !placed[g as usize] && weights[edge as usize] > f64::NEG_INFINITY {
-                    let moving = usize::from(mesh.edges[edge as usize].sides[1].is_some_and(|(s, _)| s == g));
+                    let moving = usize::from(mesh.edges[edge as usize].sides[1].is_some_and(|second| second.facet == g));
                     heap.push(LayCandidate { weight: weights[edge as usize], edge, moving });
                 }
             }
         };
         push(&mut heap, &placed, start);
         while let Some(LayCandidate { edge, moving, weight }) = heap.pop() {
-            let (g, _) = mesh.edges[edge as usize].sides[moving].expect("inner edge");
+            let g = mesh.edges[edge as usize].sides[moving].expect("inner edge").facet;
             if placed[g as usize] {
                 continue;
             }
@@ -262,9 +262,9 @@ fn step(net: &mut Net<'_, '_>, facets: usize, temperature: f64, random: &mut Ran
         return;
     };
     net.work += 4;
-    let (g, _) = mesh.other(edge, f).expect("inner edge");
+    let g = mesh.other(edge, f).expect("inner edge").facet;
     let (p, q) = (net.piece[g as usize], net.piece[f as usize]);
-    let side_of_f = usize::from(mesh.edges[edge as usize].sides[1].is_some_and(|(s, _)| s == f));
+    let side_of_f = usize::from(mesh.edges[edge as usize].sides[1].is_some_and(|second| second.facet == f));
     if p == q {
         if random.unit() < PARAMS.inside {
             let cut = some_tree_edge(net, f, random);
@@ -281,10 +281,10 @@ fn step(net: &mut Net<'_, '_>, facets: usize, temperature: f64, random: &mut Ran
     }
     // A part of one piece to the other.
     let moving = if random.unit() < PARAMS.to_larger { small_side } else { 1 - small_side };
-    let (mover, _) = mesh.edges[edge as usize].sides[moving].expect("inner edge");
+    let mover = mesh.edges[edge as usize].sides[moving].expect("inner edge").facet;
     let Some(cut) = some_tree_edge(net, mover, random) else { return };
     let (a, b) = (f64::from(net.size[net.piece[mover as usize] as usize]), {
-        let (target, _) = mesh.edges[edge as usize].sides[1 - moving].expect("inner edge");
+        let target = mesh.edges[edge as usize].sides[1 - moving].expect("inner edge").facet;
         f64::from(net.size[net.piece[target as usize] as usize])
     });
     // The sum of squares changes by 2 k (b - a + k) when k facets move from a piece of a to one of b.
@@ -309,7 +309,7 @@ fn some_tree_edge(net: &Net<'_, '_>, facet: u32, random: &mut Random) -> Option<
         if random.unit() < PARAMS.stop_at {
             return last;
         }
-        at = mesh.other(edge, at).expect("tree edges are inner").0;
+        at = mesh.other(edge, at).expect("tree edges are inner").facet;
     }
 }
 

@@ -4,7 +4,7 @@
 //! and in the net it must meet nothing else. The first is decided here, once for both sides of every edge; the second by the search,
 //! which tries the shapes from the best to the least.
 
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Side};
 use crate::polygon::{Convex, contains};
 use glam::DVec2;
 
@@ -68,14 +68,15 @@ impl TabShapes {
     }
 }
 
-fn on_side(mesh: &Mesh, style: TabStyle, (facet, k): (u32, u32), (other, j): (u32, u32)) -> Vec<Convex> {
-    let own = &mesh.facets[facet as usize].flat;
-    let (a, b) = (own[k as usize], own[(k as usize + 1) % own.len()]);
+/// The shapes of a tab on the side `stands` that is glued under the facet at the side `under`, best first.
+fn on_side(mesh: &Mesh, style: TabStyle, stands: Side, under: Side) -> Vec<Convex> {
+    let own = &mesh.facets[stands.facet as usize].flat;
+    let (a, b) = (own[stands.place as usize], own[(stands.place as usize + 1) % own.len()]);
     let along = (b - a).normalize_or_zero();
     let outward = -along.perp();
     let length = a.distance(b);
-    let neighbour = &mesh.facets[other as usize].flat;
-    let (m, j) = (neighbour.len(), j as usize);
+    let neighbour = &mesh.facets[under.facet as usize].flat;
+    let (m, j) = (neighbour.len(), under.place as usize);
     // The neighbour runs the edge from b to a.
     let (nb, na) = (neighbour[j], neighbour[(j + 1) % m]);
     let n_along = (nb - na).normalize_or_zero();

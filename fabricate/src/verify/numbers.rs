@@ -17,7 +17,7 @@ pub fn check(seen: &ReadPattern, design: &Mesh) -> (usize, usize) {
     let mut of_number: BTreeMap<&str, BTreeSet<[u32; 2]>> = BTreeMap::new();
     let mut copies: BTreeSet<(&str, [u32; 2])> = BTreeSet::new();
     for (edge, list) in &sides {
-        let facets = design.edges.get(*edge as usize).map(|e| e.sides.map(|s| s.map(|(f, _)| f)));
+        let facets = design.edges.get(*edge as usize).map(|e| e.sides.map(|s| s.map(|side| side.facet)));
         let Some([Some(f), Some(g)]) = facets else {
             wrong += 1;
             continue;

@@ -3,7 +3,7 @@
 use super::best_fit::{Motion, best_fit};
 use super::read_pattern::{ReadFacet, ReadPattern, SAME};
 use super::report::VerifyReport;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Side};
 use glam::{DMat3, DVec2, DVec3};
 use rustc_hash::FxHashMap;
 
@@ -100,12 +100,12 @@ fn designed_angle(design: &Mesh, f: u32, k: usize, g: u32) -> f64 {
 pub(super) fn refold(seen: &ReadPattern, design: &Mesh, links: &[Link], report: &mut VerifyReport) {
     let placed = refolded_corners(seen, design, links, report);
     for edge in &design.edges {
-        let [Some((f, k)), Some((g, l))] = edge.sides else { continue };
-        let ends = |f: u32, k: u32| {
-            let n = design.facets[f as usize].corners.len();
-            Some([*placed.get(&(f, k as usize))?, *placed.get(&(f, (k as usize + 1) % n))?])
+        let [Some(first), Some(second)] = edge.sides else { continue };
+        let ends = |Side { facet, place }: Side| {
+            let n = design.facets[facet as usize].corners.len();
+            Some([*placed.get(&(facet, place as usize))?, *placed.get(&(facet, (place as usize + 1) % n))?])
         };
-        if let (Some([a, b]), Some([d, c])) = (ends(f, k), ends(g, l)) {
+        if let (Some([a, b]), Some([d, c])) = (ends(first), ends(second)) {
             report.glue_gap_mm = report.glue_gap_mm.max(a.distance(c)).max(b.distance(d));
         }
     }

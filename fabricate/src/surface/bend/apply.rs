@@ -29,7 +29,7 @@ impl Bend {
             // Least squares of 2 d s tan(a / 2) - deduction over the folds, by length; s is 1 for a mountain, -1 for a valley.
             let folds = || {
                 let edges = part.iter().flat_map(|&f| mesh.facets[f as usize].edges.iter().map(move |&e| (f, e)));
-                let once = edges.filter(|(f, e)| mesh.edges[*e as usize].sides[0].is_some_and(|(g, _)| g == *f));
+                let once = edges.filter(|(f, e)| mesh.edges[*e as usize].sides[0].is_some_and(|first| first.facet == *f));
                 once.map(|(_, e)| (mesh.length(e as usize), mesh.edges[e as usize].angle)).filter(|(_, a)| a.abs() > FLAT)
             };
             let slope = |a: f64| -2.0 * (0.5 * a).tan();

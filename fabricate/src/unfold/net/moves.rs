@@ -255,8 +255,8 @@ impl Net<'_, '_> {
             // As above, without looking through a long list: an edge inside the part is met from its first side only.
             for &f in part {
                 for &e in &problem.mesh.facets[f as usize].edges {
-                    let Some((g, _)) = problem.mesh.other(e, f) else { continue };
-                    let inside = self.mark[g as usize] == self.stamp;
+                    let Some(other) = problem.mesh.other(e, f) else { continue };
+                    let inside = self.mark[other.facet as usize] == self.stamp;
                     if (!inside || problem.side_of(e, f) == 0) && !dirty.contains(&e) {
                         before.push((e, self.tab[e as usize], self.joined[e as usize]));
                         self.take_tab(e);

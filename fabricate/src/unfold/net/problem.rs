@@ -1,7 +1,7 @@
 //! What does not change while a net is searched.
 
 use super::super::tab_shapes::TabShapes;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Side};
 use crate::polygon::Convex;
 use glam::DVec2;
 
@@ -54,17 +54,17 @@ impl<'a> Problem<'a> {
 
     /// The two ends of an edge in the frame of the facet on its side, in the order of the edge.
     pub(super) fn local_edge(&self, edge: u32, side: usize) -> [DVec2; 2] {
-        let (facet, k) = self.mesh.edges[edge as usize].sides[side].expect("inner edge");
+        let Side { facet, place } = self.mesh.edges[edge as usize].sides[side].expect("inner edge");
         let flat = &self.mesh.facets[facet as usize].flat;
-        let (a, b) = (flat[k as usize], flat[(k as usize + 1) % flat.len()]);
+        let (a, b) = (flat[place as usize], flat[(place as usize + 1) % flat.len()]);
         if side == 0 { [a, b] } else { [b, a] }
     }
 
     pub(super) fn side_of(&self, edge: u32, facet: u32) -> usize {
-        usize::from(self.mesh.edges[edge as usize].sides[0].is_none_or(|(f, _)| f != facet))
+        usize::from(self.mesh.edges[edge as usize].sides[0].is_none_or(|first| first.facet != facet))
     }
 
     pub(super) fn facet_at(&self, edge: u32, side: usize) -> Option<u32> {
-        self.mesh.edges[edge as usize].sides[side].map(|(f, _)| f)
+        self.mesh.edges[edge as usize].sides[side].map(|side| side.facet)
     }
 }
