@@ -88,7 +88,12 @@ impl PathSums {
         let of_bounces: f64 = (0..3).map(|c| lost_radiance(self.brightest[c]) * self.lost_bounces[c]).sum();
         let of_viewer = light * f64::from(self.lost) / f64::from(self.front.max(1));
         let change = self.doubtful + of_bounces + of_viewer;
-        if change > 0.0 { (change / light).min(1.0) } else { 0.0 }
+        if light > 0.0 {
+            (change / light).min(1.0)
+        } else {
+            // Nothing was seen: all of it is in doubt as soon as one ray is.
+            f64::from(u8::from(change > 0.0 || self.lost > 0))
+        }
     }
 }
 
@@ -275,9 +280,9 @@ pub(crate) mod tests {
         assert!(clear == 0.0 && doubtful > 0.5, "{clear} and {doubtful}");
         let lost = PathSums { colour: [3.0, 2.0, 1.0], doubtful: 0.6, front: 8, lost: 2, ..PathSums::default() };
         assert!((lost.given_up_share() - (0.1 + 0.25)).abs() < 1e-15, "{}", lost.given_up_share());
-        // Where no light comes back, all of it is in doubt as soon as any ray is.
         let dark = PathSums { lost_bounces: [1e-9, 0.0, 0.0], front: 8, ..PathSums::default() };
-        assert_eq!((PathSums::default().given_up_share(), dark.given_up_share()), (0.0, 1.0));
+        let unseen = PathSums { lost: 3, ..PathSums::default() };
+        assert_eq!([PathSums::default(), dark, unseen].map(|sums| sums.given_up_share()), [0.0, 1.0, 1.0]);
     }
 
     /// A Lambertian floor of one unit, and above it, at a distance, a wall of half a unit across it that faces +y.
