@@ -12,7 +12,7 @@ mod common;
 use biscale::brdf::{Brdf, Distribution, Measured};
 use biscale::filter::low_rank::map::Projection;
 use biscale::filter::low_rank::precomputed::{Precomputed, Settings};
-use biscale::filter::{Effective, LARGEST_MAPS, LowRankPlan, LowRankVariant, MatrixCache, Method, Quality};
+use biscale::filter::{Effective, LARGEST_MAPS, LowRankPlan, MatrixCache, Method, Quality, Variant};
 use biscale::material::{Material, SmallScale};
 use glam::DVec3;
 use std::path::Path;
@@ -159,7 +159,7 @@ fn table_4() {
         let (_, first) = common::measure(|| common::run(&small, &pairs[..1], &quality));
         let (got, cost) = common::measure(|| common::run(&small, &pairs, &quality));
         let (psnr, _) = compared(&truth, &got);
-        let improved = Quality { method: Method::LowRank, variant: LowRankVariant::Improved, tolerance: 0.01, ..Quality::default() };
+        let improved = Quality { method: Method::LowRank, variant: Some(Variant::Improved), tolerance: 0.01, ..Quality::default() };
         let (better, _) = compared(&truth, &common::run(&small, &pairs, &improved));
         let rows = got.summary.low_rank.iter().map(|f| f.m_size[0]).max().unwrap();
         println!(

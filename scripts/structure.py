@@ -18,8 +18,8 @@ from pathlib import Path
 CRATES = {"biscale": "src", "biscale_capture": "capture/src", "biscale_fabricate": "fabricate/src", "biscale_fit": "fit/src", "biscale_cli": "cli/src"}
 # The order in which data flows through src/filter, as its head lists it: a file imports only from those before it. `mod` is the face.
 FILTER_FLOW = (
-    "tolerance plan value control quality query subset tracer lobes sums estimate importance prepared common_random_numbers "
-    "direct reference low_rank auto effective kernel_tests"
+    "tolerance plan value control quality query subset facet_sampler lobes sums estimate importance prepared common_random_numbers "
+    "visible_facets probes direct reference low_rank spherical_gaussians auto effective kernel_tests"
 ).split()
 
 ITEM = re.compile(r"\b(?:fn|struct|enum|trait|type|const|static|union|macro_rules!)\s+([A-Za-z_]\w*)")

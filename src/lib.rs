@@ -51,7 +51,7 @@
 //!
 //! ```text
 //! error, toml_reader, numerics, direction, image_file, brdf, geometry, material, formats,
-//! facets, visibility, transport, bvndf, filter, table, render, study
+//! facets, visibility, transport, bvndf, sg, filter, table, render, study
 //!
 //! material file -> geometry -> facets -> visibility -> filter -> table | render | study
 //!                                             brdf ----^
@@ -75,6 +75,7 @@ pub mod image_file;
 pub mod material;
 pub mod numerics;
 pub mod render;
+pub mod sg;
 pub mod study;
 pub mod table;
 pub mod toml_reader;

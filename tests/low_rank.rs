@@ -6,7 +6,7 @@
 mod support;
 
 use biscale::error::Error;
-use biscale::filter::{Control, Effective, LowRankVariant, MatrixCache, Method, Quality, effective};
+use biscale::filter::{Control, Effective, MatrixCache, Method, Quality, Variant, effective};
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 use support::truth::Truth;
@@ -20,7 +20,7 @@ fn plan(plan: &str) -> Quality {
 }
 
 fn improved(tolerance: f64) -> Quality {
-    Quality { method: Method::LowRank, variant: LowRankVariant::Improved, tolerance, ..Quality::default() }
+    Quality { method: Method::LowRank, variant: Some(Variant::Improved), tolerance, ..Quality::default() }
 }
 
 /// Relative RMS difference from the truth.

@@ -10,10 +10,10 @@
 //! values of `S`, the colours follow from linear least squares.
 
 use super::control::Control;
+use super::facet_sampler::FacetSampler;
 use super::lobes::{self, Lobe};
 use super::query::Query;
 use super::sums::{self, FacetSums, Views};
-use super::tracer::Tracer;
 use crate::brdf::Brdf;
 use crate::direction::{Pair, above_horizon};
 use crate::error::{Error, Result};
@@ -86,7 +86,7 @@ pub struct CommonRandomNumbers {
 /// The samples on one shape of their surface.
 pub struct PlacedSamples<'a> {
     small: &'a SmallScale,
-    tracer: Tracer<'a>,
+    sampler: FacetSampler<'a>,
     facets: Facets,
     samples: f64,
 }
@@ -110,7 +110,7 @@ impl CommonRandomNumbers {
         let placed = pilot.on(small, control)?;
         let all: Vec<DVec3> = pairs.iter().flat_map(|p| [p.wi, p.wo]).filter_map(above_horizon).collect();
         let some: Vec<DVec3> = all.iter().copied().step_by(all.len().div_ceil(PILOT_DIRECTIONS).max(1)).collect();
-        let bits = placed.tracer.see(&placed.facets, &some)?;
+        let bits = placed.sampler.see(&placed.facets, &some)?;
         let mut importance = [0.0; STRETCHES];
         for (f, _) in placed.facets.triangle.iter().enumerate().filter(|(_, t)| **t != NO_TRIANGLE) {
             let stretch = truncate_usize(f64::from(placed.facets.along[f]) * STRETCHES as f64).min(STRETCHES - 1);
@@ -141,7 +141,7 @@ impl CommonRandomNumbers {
             what: "a surface of other triangles than the one that the samples were drawn on".to_owned(),
             remedy: "draw new samples".to_owned(),
         })?;
-        Ok(PlacedSamples { small, tracer: Tracer::of(small, surface, control), facets, samples: self.samples.samples() as f64 })
+        Ok(PlacedSamples { small, sampler: FacetSampler::of(small, surface, control), facets, samples: self.samples.samples() as f64 })
     }
 }
 
@@ -151,9 +151,9 @@ impl PlacedSamples<'_> {
     /// # Errors
     /// `Interrupted`; failures of the visibility.
     pub fn basis_reflectance(&self, pairs: &[Pair], slots: &[Slot]) -> Result<BasisReflectance> {
-        let Self { small, tracer, facets, samples } = self;
+        let Self { small, sampler, facets, samples } = self;
         let query = Query::new(pairs, small.is_reciprocal());
-        let bits = tracer.see(facets, &query.directions)?;
+        let bits = sampler.see(facets, &query.directions)?;
         let scale = 1.0 / samples;
         let areas: Vec<f64> = (query.directions.iter().enumerate())
             .map(|(d, &w)| scale * sums::visible_area(facets, w, bits.row(d)).iter().sum::<f64>())
@@ -167,7 +167,7 @@ impl PlacedSamples<'_> {
             of_surfaces[slot.surface] = lobes::lobes(&brdf, basis_tint(surface, slot.colour));
             let mut sums = vec![[[0.0; 3]; REPLICATES]; query.pairs.len()];
             let mut rest = &mut sums[..];
-            let of_facets = FacetSums { facets, bits: &bits, query: &query, groups: &tracer.surface.groups, lobes: &of_surfaces };
+            let of_facets = FacetSums { facets, bits: &bits, query: &query, groups: &sampler.surface.groups, lobes: &of_surfaces };
             for task in query.tasks() {
                 let (slice, after) = rest.split_at_mut(task.len());
                 of_facets.add(task, &mut views, slice);

@@ -3,9 +3,9 @@
 use super::control::Control;
 use super::quality::{MethodToRun, Quality};
 use super::value::Effective;
-use super::{auto, direct, low_rank, reference};
+use super::{auto, direct, low_rank, reference, spherical_gaussians};
 use crate::direction::Pair;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::material::SmallScale;
 
 /// Effective BRDF values of `surface` at `pairs`.
@@ -14,8 +14,8 @@ use crate::material::SmallScale;
 /// surface, pairs and quality give the same bits at any thread count, unless `quality.budget` is set.
 ///
 /// # Errors
-/// [`Error::Unsupported`] for a method that this build lacks, [`Error::Interrupted`] when `control` asks to stop,
-/// [`Error::BadInput`] for a plan that is none.
+/// [`Error::Unsupported`](crate::Error::Unsupported) for a budget of a method that keeps none, [`Error::Interrupted`](crate::Error::Interrupted) when `control` asks to stop,
+/// [`Error::BadInput`](crate::Error::BadInput) for a plan that is none.
 ///
 /// ```
 /// use biscale::{Control, Material, Method, Pair, Quality, effective};
@@ -39,6 +39,6 @@ pub fn effective(surface: &SmallScale, pairs: &[Pair], quality: &Quality, contro
         MethodToRun::Direct => direct::direct(surface, pairs, quality, control),
         MethodToRun::Reference => reference::reference(surface, pairs, quality, control),
         MethodToRun::LowRank => low_rank::low_rank(surface, pairs, quality, control),
-        MethodToRun::SphericalGaussian => Err(Error::Unsupported { what: "`method sg`".into(), remedy: "use `method direct`".into() }),
+        MethodToRun::SphericalGaussian => spherical_gaussians::spherical_gaussians(surface, pairs, quality, control),
     }
 }

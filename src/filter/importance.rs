@@ -5,10 +5,10 @@
 //! large (Neyman allocation): to facets that many pairs see and that reflect unlike the average, not to the feet of rods that
 //! nothing sees.
 
+use super::facet_sampler::Batch;
 use super::lobes::{Half, Lobe};
 use super::query::Query;
 use super::sums::{BLOCK_FACETS, normals, seen_cosine};
-use super::tracer::Batch;
 use crate::facets::{Facets, Group};
 use crate::numerics::cast::{narrow, truncate_usize};
 use crate::simd::{self, Kernel, LANES};

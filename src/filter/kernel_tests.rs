@@ -1,7 +1,7 @@
 //! The kernels against their plain twins: sums in lanes and over clusters against a loop over facets with `Brdf::eval`.
 
+use super::facet_sampler::{Batch, FacetSampler};
 use super::sums::{Materials, PairSums, add_pairs, surface_lobes};
-use super::tracer::{Batch, Tracer};
 use super::*;
 use crate::direction::Pair;
 use crate::facets::{Clustering, REPLICATES, Runs};
@@ -55,14 +55,14 @@ fn pairs(small: &SmallScale) -> Vec<Pair> {
 static NEVER: AtomicBool = AtomicBool::new(false);
 static CONTROL: Control<'static> = Control { cancel: &NEVER, progress: &|_, _| {}, clock: &|| 0.0 };
 
-fn traced<'a>(small: &'a SmallScale, query: &Query, clustering: Option<&Clustering>, samples: u32) -> (Tracer<'a>, Batch) {
-    let tracer = Tracer::new(small, clustering, 5, &CONTROL);
-    let batch = tracer.batch(Runs::of_block(0, samples, 0, 1), &query.directions).unwrap();
-    (tracer, batch)
+fn traced<'a>(small: &'a SmallScale, query: &Query, clustering: Option<&Clustering>, samples: u32) -> (FacetSampler<'a>, Batch) {
+    let sampler = FacetSampler::new(small, clustering, 5, &CONTROL);
+    let batch = sampler.batch(Runs::of_block(0, samples, 0, 1), &query.directions).unwrap();
+    (sampler, batch)
 }
 
 /// The sums by a loop over facets.
-fn by_loop(small: &SmallScale, tracer: &Tracer<'_>, batch: &Batch, query: &Query) -> Vec<PairSums> {
+fn by_loop(small: &SmallScale, sampler: &FacetSampler<'_>, batch: &Batch, query: &Query) -> Vec<PairSums> {
     let facets = &batch.facets;
     let one = |&[i, o]: &[u32; 2]| {
         let (wi, wo) = (query.directions[i as usize], query.directions[o as usize]);
@@ -70,8 +70,8 @@ fn by_loop(small: &SmallScale, tracer: &Tracer<'_>, batch: &Batch, query: &Query
         for (f, &t) in facets.triangle.iter().enumerate() {
             let sees = |d: u32| batch.bits.row(d as usize)[f / 64] >> (f % 64) & 1 == 1;
             if sees(i) && sees(o) {
-                let s = &small.surfaces[usize::from(tracer.surface.surface[t as usize])];
-                let n = tracer.surface.normals[t as usize];
+                let s = &small.surfaces[usize::from(sampler.surface.surface[t as usize])];
+                let n = sampler.surface.normals[t as usize];
                 let fr = s.brdf.eval(n, wi, wo);
                 for c in 0..3 {
                     let tint = match &s.tint {
@@ -97,10 +97,10 @@ fn assert_agree(got: &[PairSums], expected: &[PairSums], relative: f64, absolute
     }
 }
 
-fn sums(small: &SmallScale, tracer: &Tracer<'_>, batch: &Batch, query: &Query, by_clusters: bool) -> Vec<PairSums> {
+fn sums(small: &SmallScale, sampler: &FacetSampler<'_>, batch: &Batch, query: &Query, by_clusters: bool) -> Vec<PairSums> {
     let lobes = surface_lobes(&small.surfaces);
     let mut sums = vec![[[0.0; 3]; REPLICATES]; query.pairs.len()];
-    add_pairs(batch, query, &query.tasks(), &Materials::new(&tracer.surface.groups, &lobes, by_clusters), &mut sums);
+    add_pairs(batch, query, &query.tasks(), &Materials::new(&sampler.surface.groups, &lobes, by_clusters), &mut sums);
     sums
 }
 
@@ -109,10 +109,10 @@ fn sums_in_lanes_are_those_of_a_loop_over_facets() {
     for model in MODELS {
         let small = surface(model);
         let query = Query::new(&pairs(&small), false);
-        let (tracer, batch) = traced(&small, &query, None, 1024);
-        let expected = by_loop(&small, &tracer, &batch, &query);
+        let (sampler, batch) = traced(&small, &query, None, 1024);
+        let expected = by_loop(&small, &sampler, &batch, &query);
         // Normals in f32 are off by 6e-8, which a lobe of roughness 1e-3 sees as 1e-4 of its width; exponent 1e6 is as narrow.
-        assert_agree(&sums(&small, &tracer, &batch, &query, false), &expected, 1e-3, 1e-5, model);
+        assert_agree(&sums(&small, &sampler, &batch, &query, false), &expected, 1e-3, 1e-5, model);
     }
 }
 
@@ -121,10 +121,10 @@ fn sums_over_clusters_of_equal_normals_are_those_of_a_loop_over_facets() {
     for model in MODELS {
         let small = surface(model);
         let query = Query::new(&pairs(&small), false);
-        let (tracer, batch) = traced(&small, &query, Some(&Clustering { spread: vec![0.0], most: 64 }), 1024);
-        assert!(tracer.is_clustered() && tracer.surface.groups.len() == 4, "{} groups", tracer.surface.groups.len());
-        let expected = by_loop(&small, &tracer, &batch, &query);
-        assert_agree(&sums(&small, &tracer, &batch, &query, true), &expected, 1e-3, 1e-5, model);
+        let (sampler, batch) = traced(&small, &query, Some(&Clustering { spread: vec![0.0], most: 64 }), 1024);
+        assert!(sampler.is_clustered() && sampler.surface.groups.len() == 4, "{} groups", sampler.surface.groups.len());
+        let expected = by_loop(&small, &sampler, &batch, &query);
+        assert_agree(&sums(&small, &sampler, &batch, &query, true), &expected, 1e-3, 1e-5, model);
     }
 }
 
@@ -137,9 +137,9 @@ fn a_tint_image_weighs_each_facet() {
         small.tile.uv =
             Some(small.tile.triangles.iter().map(|t| t.map(|v| small.tile.vertices[v as usize].truncate() / small.tile.period)).collect());
         let query = Query::new(&pairs(&small), false);
-        let (tracer, batch) = traced(&small, &query, None, 1024);
-        let expected = by_loop(&small, &tracer, &batch, &query);
-        assert_agree(&sums(&small, &tracer, &batch, &query, false), &expected, 1e-3, 1e-5, model);
+        let (sampler, batch) = traced(&small, &query, None, 1024);
+        let expected = by_loop(&small, &sampler, &batch, &query);
+        assert_agree(&sums(&small, &sampler, &batch, &query, false), &expected, 1e-3, 1e-5, model);
     }
 }
 
@@ -150,15 +150,15 @@ fn wide_clusters_of_a_smooth_surface_err_by_little_and_less_than_mean_normals_wo
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/truth/m.toml");
     let small = Material::parse(&Source { path, text: text.into() }).unwrap().build().unwrap();
     let query = Query::new(&pairs(&small), false);
-    let (tracer, batch) = traced(&small, &query, Some(&Clustering { spread: vec![0.04], most: 8000 }), 1 << 16);
+    let (sampler, batch) = traced(&small, &query, Some(&Clustering { spread: vec![0.04], most: 8000 }), 1 << 16);
     let relative = |got: &[PairSums], expected: &[PairSums]| {
         let total = |s: &PairSums| s.iter().map(|set| set[0]).sum::<f64>();
         let difference: f64 = got.iter().zip(expected).map(|(a, b)| (total(a) - total(b)).powi(2)).sum();
         (difference / expected.iter().map(|s| total(s).powi(2)).sum::<f64>()).sqrt()
     };
-    let expected = sums(&small, &tracer, &batch, &query, false);
-    let widened = relative(&sums(&small, &tracer, &batch, &query, true), &expected);
-    let mut narrow = tracer.surface.groups.clone();
+    let expected = sums(&small, &sampler, &batch, &query, false);
+    let widened = relative(&sums(&small, &sampler, &batch, &query, true), &expected);
+    let mut narrow = sampler.surface.groups.clone();
     for group in &mut narrow {
         group.cluster.as_mut().unwrap().covariance = [0.0; 3];
     }

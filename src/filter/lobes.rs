@@ -290,7 +290,7 @@ const END_OF_EXP: f32 = 55.0;
 
 /// `e^x` for `x <= 0`, relative error below 3e-7; 2^-80 from there down: subnormal numbers would be ten times slower.
 #[inline(always)]
-fn exp(x: f32) -> f32 {
+pub fn exp(x: f32) -> f32 {
     /// Added to a number of at most 2^22, leaves it rounded in the lowest bits of the sum.
     const ROUND: f32 = 12_582_912.0;
     let y = (x * std::f32::consts::LOG2_E).max(-80.0);

@@ -2,9 +2,9 @@
 
 use super::control::Control;
 use super::estimate::{CompleteSums, Spread, correct};
+use super::facet_sampler::{BATCH, Batch, FacetSampler};
 use super::query::Query;
 use super::sums::{Materials, add_areas, add_pairs, surface_lobes, undersampled};
-use super::tracer::{BATCH, Batch, Tracer};
 use super::value::Value;
 use crate::direction::Pair;
 use crate::error::Result;
@@ -26,19 +26,19 @@ pub struct Prepared<'a> {
 }
 
 impl<'a> Prepared<'a> {
-    /// The first `samples` samples of `tracer` and what they see; `query` is that of `pairs`.
-    pub(super) fn new(tracer: &Tracer<'_>, pairs: &'a [Pair], query: Query, samples: u32) -> Result<Self> {
+    /// The first `samples` samples of `facet_sampler` and what they see; `query` is that of `pairs`.
+    pub(super) fn new(sampler: &FacetSampler<'_>, pairs: &'a [Pair], query: Query, samples: u32) -> Result<Self> {
         let parts = samples.div_ceil(BATCH);
         let mut batches = Vec::with_capacity(parts as usize);
         for part in 0..parts {
-            batches.push(tracer.batch(Runs::of_block(0, samples, part, parts), &query.directions)?);
-            tracer.report("visibility", f64::from(part + 1) / f64::from(parts));
+            batches.push(sampler.batch(Runs::of_block(0, samples, part, parts), &query.directions)?);
+            sampler.report("visibility", f64::from(part + 1) / f64::from(parts));
         }
         let mut areas = vec![[0.0; REPLICATES]; query.directions.len()];
         for batch in &batches {
             add_areas(batch, &query.directions, &mut areas);
         }
-        Ok(Self { pairs, query, batches, areas, groups: tracer.surface.groups.clone(), samples })
+        Ok(Self { pairs, query, batches, areas, groups: sampler.surface.groups.clone(), samples })
     }
 
     /// Gives the query back, for another number of samples.

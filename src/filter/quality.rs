@@ -1,6 +1,6 @@
 //! What a caller wants: method, tolerance, budget, seed.
 
-use super::plan::{LowRankVariant, Plan};
+use super::plan::{Plan, Variant};
 use super::tolerance::DEFAULT_TOLERANCE;
 use crate::error::{BadInput, Result};
 use std::path::PathBuf;
@@ -35,8 +35,8 @@ pub struct Quality {
     pub bounces: u32,
     /// A plan to repeat exactly: an earlier [`Summary::plan`](super::Summary::plan).
     pub plan: Option<Plan>,
-    /// Which form of the low-rank method.
-    pub variant: LowRankVariant,
+    /// Which form of the methods that were published; none is what [`Quality::variant_of`] says.
+    pub variant: Option<Variant>,
     /// Where the low-rank method keeps what it computes once a BRDF, if anywhere.
     pub cache: Option<MatrixCache>,
 }
@@ -50,7 +50,7 @@ impl Default for Quality {
             seed: 0,
             bounces: 0,
             plan: None,
-            variant: LowRankVariant::Paper,
+            variant: None,
             cache: None,
         }
     }
@@ -80,15 +80,16 @@ impl Quality {
         let method = match (self.method, &self.plan) {
             (Method::Auto, Some(Plan::Reference(_))) | (Method::Reference, _) => MethodToRun::Reference,
             (Method::Auto, Some(Plan::LowRank(_))) | (Method::LowRank, _) => MethodToRun::LowRank,
+            (Method::Auto, Some(Plan::SphericalGaussian(_))) | (Method::SphericalGaussian, _) => MethodToRun::SphericalGaussian,
             (Method::Auto, None) if self.bounces > 0 => MethodToRun::Reference,
             (Method::Auto, None) => MethodToRun::PredictedDirect,
             (Method::Auto, Some(Plan::Direct(_))) | (Method::Direct, _) => MethodToRun::Direct,
-            (Method::SphericalGaussian, _) => MethodToRun::SphericalGaussian,
         };
         let name = match method {
             MethodToRun::Direct | MethodToRun::PredictedDirect => "direct",
             MethodToRun::LowRank => "lowrank",
-            MethodToRun::Reference | MethodToRun::SphericalGaussian => return Ok(method),
+            MethodToRun::SphericalGaussian => "sg",
+            MethodToRun::Reference => return Ok(method),
         };
         if self.bounces > 0 {
             let problem = format!("{} reflections after the first are asked of `method {name}`", self.bounces);
@@ -96,6 +97,11 @@ impl Quality {
             return Err(BadInput::new(problem, remedy).at_field("bounces").into());
         }
         Ok(method)
+    }
+
+    /// The variant of a method that runs: the one asked for, or `lowrank` as published and `sg` as improved, which loses to the published one nowhere.
+    pub fn variant_of(&self, method: Method) -> Variant {
+        self.variant.unwrap_or(if method == Method::SphericalGaussian { Variant::Improved } else { Variant::Paper })
     }
 }
 

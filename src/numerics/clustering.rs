@@ -51,9 +51,11 @@ fn first_centres(points: &[Weighted], total: f64, k: usize) -> Vec<[f64; 3]> {
     let heavy = || points.iter().filter(|p| p.weight > 0.0);
     let mean: [f64; 3] = std::array::from_fn(|c| heavy().map(|p| p.point[c] * p.weight).sum::<f64>() / total);
     let mut centres = vec![mean];
+    let mut to_nearest: Vec<f64> = heavy().map(|p| distance(mean, p.point)).collect();
     while centres.len() < k {
-        let far = |p: &Weighted| centres.iter().map(|&c| distance(c, p.point)).fold(f64::INFINITY, f64::min).powi(2) * p.weight;
-        let Some(next) = heavy().max_by(|a, b| far(a).total_cmp(&far(b))) else { break };
+        let far = |(p, d): &(&Weighted, &f64)| d.powi(2) * p.weight;
+        let Some((next, _)) = heavy().zip(&to_nearest).max_by(|a, b| far(a).total_cmp(&far(b))) else { break };
+        to_nearest = heavy().zip(&to_nearest).map(|(p, d)| d.min(distance(next.point, p.point))).collect();
         if centres.len() == 1 && k == 2 {
             // Two clusters lie on both sides of the mean.
             centres[0] = std::array::from_fn(|c| 2.0 * mean[c] - next.point[c]);

@@ -17,6 +17,7 @@
 //! | [`least_squares`] | Levenberg-Marquardt with numeric derivatives (`basin`) |
 //! | [`nelder_mead`] | Nelder and Mead's simplex with bounds (`basin`) |
 //! | [`outcome`] | how a search ended |
+//! | [`non_negative`] | least squares with unknowns of at least 0 |
 //! | [`randomized_svd`] | singular values of large matrices by random probes |
 
 pub mod cast;
@@ -28,6 +29,7 @@ pub mod least_squares;
 pub mod linear_algebra;
 pub mod low_discrepancy;
 pub mod nelder_mead;
+pub mod non_negative;
 pub mod outcome;
 pub mod random;
 pub mod randomized_svd;

@@ -5,7 +5,7 @@
 use super::point_sums::{Placement, Precision};
 use super::question::Asked;
 use super::work::Work;
-use crate::filter::{CLUSTER_WIDTHS, DirectPlan, LowRankPlan, MapSides, Method, Plan};
+use crate::filter::{CLUSTER_WIDTHS, DirectPlan, LobeCount, LowRankPlan, MapSides, Method, Plan, SphericalGaussianPlan};
 
 /// Settings that differ in one thing.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,6 +41,7 @@ pub fn ladder(quick: bool) -> Vec<Series> {
         all.extend(tolerances(asked, quick));
         all.extend(direct(asked, quick));
         all.extend(low_rank(asked, quick));
+        all.extend(spherical_gaussians(asked, quick));
     }
     all.extend(points(quick));
     all.push(interreflections(quick));
@@ -69,7 +70,6 @@ fn tolerances(asked: Asked, quick: bool) -> Vec<Series> {
     } else {
         &[0.1, 0.03, 0.01, 0.003]
     };
-    let one: &[f64] = &[0.01];
     let of_low_rank: &[f64] = if quick { &[0.03] } else { &[0.1, 0.03, 0.01] };
     vec![
         series(
@@ -86,7 +86,12 @@ fn tolerances(asked: Asked, quick: bool) -> Vec<Series> {
             "facets and normals are chosen so that the estimated error keeps the tolerance",
             of_low_rank,
         ),
-        series(Method::SphericalGaussian, "sg to a tolerance", "spherical Gaussians", one),
+        series(
+            Method::SphericalGaussian,
+            "sg improved to a tolerance",
+            "facets and lobes are chosen so that the estimated error keeps the tolerance",
+            of_low_rank,
+        ),
     ]
     .into_iter()
     .filter(|s| !s.steps.is_empty())
@@ -231,6 +236,41 @@ fn low_rank_compression(asked: Asked) -> Vec<Series> {
             "of N, M",
             "shares of the power of N and M that the cut leaves",
             energies.into_iter().map(|e| shares(e, improved(IMPROVED_FACETS, NORMALS, e))).collect(),
+        ),
+    ]
+}
+
+fn spherical_gaussians(asked: Asked, quick: bool) -> Vec<Series> {
+    const FACETS: usize = 8192;
+    let series = |title: &str, about, first: SphericalGaussianPlan, lobes: &[usize]| Series {
+        asked,
+        title: title.to_owned(),
+        varied: "lobes",
+        about,
+        steps: lobes
+            .iter()
+            .map(|&lobes| {
+                (lobes.to_string(), {
+                    let plan = SphericalGaussianPlan { facets: FACETS, lobes: LobeCount::Fixed(lobes), ..first };
+                    Work::by_plan(Plan::SphericalGaussian(plan))
+                })
+            })
+            .collect(),
+    };
+    let paper: &[usize] = if quick { &[8] } else { &[1, 4, 8, 16] };
+    let improved: &[usize] = if quick { &[4, 16] } else { &[1, 4, 8, 16, 64] };
+    vec![
+        series(
+            "sg paper: lobes of the normals",
+            "amplitudes by least squares, one lobe a BRDF; the paper takes 4 to 8",
+            SphericalGaussianPlan::PAPER,
+            paper,
+        ),
+        series(
+            "sg improved: lobes of the normals",
+            "amplitudes by responsibilities, a sum of lobes a BRDF",
+            SphericalGaussianPlan::FIRST,
+            improved,
         ),
     ]
 }

@@ -4,7 +4,7 @@ use super::point_sums;
 use super::work::Work;
 use crate::direction::Pair;
 use crate::error::Result;
-use crate::filter::{self, Control, Effective, LowRankVariant, MatrixCache, Quality};
+use crate::filter::{self, Control, Effective, MatrixCache, Quality, Variant};
 use crate::material::SmallScale;
 
 /// Values of `pairs` by a setting; `cache` is where the low-rank method keeps what it computes once a BRDF.
@@ -39,7 +39,7 @@ pub fn run(
         Work::Effective { method, tolerance, budget, bounces, plan } => {
             let (tolerance, budget, bounces, plan) = (*tolerance, *budget, *bounces, plan.clone());
             // To a tolerance: the published variant knows none.
-            let variant = LowRankVariant::Improved;
+            let variant = Some(Variant::Improved);
             let quality = Quality { method: *method, tolerance, budget, seed, bounces, plan, variant, cache };
             filter::effective(small, pairs, &quality, control)
         }

@@ -2,7 +2,7 @@
 
 use super::point_sums::{Placement, Precision};
 use crate::error::BadInput;
-use crate::filter::{LowRankPlan, Method, Plan};
+use crate::filter::{LowRankPlan, Method, Plan, Variant};
 use std::fmt;
 
 /// One setting: what is run. Shown as its name, which [`Work::parse`] reads.
@@ -49,8 +49,10 @@ pub enum Family {
     LowRankPaper,
     /// `lowrank` as improved.
     LowRankImproved,
-    /// `sg`.
-    SphericalGaussian,
+    /// `sg` as published.
+    SphericalGaussianPaper,
+    /// `sg` as improved.
+    SphericalGaussianImproved,
     /// `reference`, direct light.
     Reference,
     /// `reference` with interreflections: another model.
@@ -61,7 +63,7 @@ pub enum Family {
 
 impl Family {
     /// All, in the order of legends.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Auto,
         Self::DirectTolerance,
         Self::DirectFacets,
@@ -69,7 +71,8 @@ impl Family {
         Self::DirectClusters,
         Self::LowRankPaper,
         Self::LowRankImproved,
-        Self::SphericalGaussian,
+        Self::SphericalGaussianPaper,
+        Self::SphericalGaussianImproved,
         Self::Reference,
         Self::Interreflections,
         Self::Points,
@@ -85,7 +88,8 @@ impl Family {
             Self::DirectClusters => "direct, narrower clusters",
             Self::LowRankPaper => "lowrank paper",
             Self::LowRankImproved => "lowrank improved",
-            Self::SphericalGaussian => "sg",
+            Self::SphericalGaussianPaper => "sg paper",
+            Self::SphericalGaussianImproved => "sg improved",
             Self::Reference => "reference",
             Self::Interreflections => "interreflections",
             Self::Points => "plain sums",
@@ -98,7 +102,7 @@ impl Family {
             Self::Auto => "auto",
             Self::DirectTolerance | Self::DirectFacets | Self::DirectWeighted | Self::DirectClusters => "direct",
             Self::LowRankPaper | Self::LowRankImproved => "lowrank",
-            Self::SphericalGaussian => "sg",
+            Self::SphericalGaussianPaper | Self::SphericalGaussianImproved => "sg",
             Self::Reference | Self::Interreflections => "reference",
             Self::Points => "points",
         }
@@ -131,6 +135,7 @@ impl Work {
             Plan::Direct(_) => Method::Direct,
             Plan::Reference(_) => Method::Reference,
             Plan::LowRank(_) => Method::LowRank,
+            Plan::SphericalGaussian(_) => Method::SphericalGaussian,
         };
         Self::Effective { method, tolerance: 1.0, budget: None, bounces: 0, plan: Some(plan) }
     }
@@ -148,7 +153,10 @@ impl Work {
                 (Method::Direct, _) => Family::DirectFacets,
                 (Method::LowRank, Some(Plan::LowRank(LowRankPlan::Paper { .. }))) => Family::LowRankPaper,
                 (Method::LowRank, _) => Family::LowRankImproved,
-                (Method::SphericalGaussian, _) => Family::SphericalGaussian,
+                (Method::SphericalGaussian, Some(Plan::SphericalGaussian(plan))) if plan.variant == Variant::Paper => {
+                    Family::SphericalGaussianPaper
+                }
+                (Method::SphericalGaussian, _) => Family::SphericalGaussianImproved,
                 (Method::Reference, _) => Family::Reference,
             },
         }

@@ -1,4 +1,4 @@
-//! Which directions are grazing: rays answer for them, and the projection for all others.
+//! Which directions are grazing: rays answer for them, and the projection for all others, unless horizon angles answer for all (`choose_method`).
 //!
 //! At grazing angles an occluder stands many periods away. The projection of one period's triangles then spans as many periods, and each
 //! triangle is compared with points all along it; a ray costs more, but only where it goes. What else is decided at grazing angles: after

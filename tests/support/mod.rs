@@ -120,14 +120,19 @@ pub fn sound_and_reciprocal(surface: &SmallScale, pairs: &[Pair], plan: &str, wh
         assert_eq!(v.s, together.values[k].s, "{what}, {pair:?}: S in the long list");
         assert_eq!(v.s, together.values[pairs.len() + k].s, "{what}, {pair:?}: S reversed in the long list");
     }
-    low_rank_is_sound(surface, pairs, what);
+    approximations_are_sound(surface, pairs, what);
     result
 }
 
-/// Runs both variants of the low-rank method with small settings, and fails unless their values are finite, not negative, and reciprocal in
+/// Runs both variants of `lowrank` and of `sg` with small settings, and fails unless their values are finite, not negative, and reciprocal in
 /// `S` within six of their standard errors.
-fn low_rank_is_sound(surface: &SmallScale, pairs: &[Pair], what: &str) {
-    for plan in ["lowrank:paper:facets=512:directions=6:rates=8x8", "lowrank:improved:facets=1024:normals=8"] {
+fn approximations_are_sound(surface: &SmallScale, pairs: &[Pair], what: &str) {
+    for plan in [
+        "lowrank:paper:facets=512:directions=6:rates=8x8",
+        "lowrank:improved:facets=1024:normals=8",
+        "sg:paper:facets=512",
+        "sg:improved:facets=1024",
+    ] {
         let reversed = pairs.iter().map(|p| Pair { wi: p.wo, wo: p.wi });
         let both: Vec<Pair> = pairs.iter().copied().chain(reversed).collect();
         let result = run(surface, &both, &Quality { plan: Some(plan.parse().unwrap()), ..Quality::default() });

@@ -3,7 +3,7 @@
 use super::flags::Flags;
 use super::lowrank_cache;
 use biscale::error::{BadInput, Error, Result};
-use biscale::filter::{LowRankVariant, Method, Plan, Quality};
+use biscale::filter::{Method, Plan, Quality, Variant};
 use clap::{Args, ValueEnum};
 use std::time::Duration;
 
@@ -31,9 +31,9 @@ pub struct QualityArgs {
     /// Method to compute with
     #[arg(long, value_enum, default_value_t = MethodArg::Auto)]
     pub method: MethodArg,
-    /// Which form of the low-rank method
-    #[arg(long, value_enum, default_value_t = VariantArg::Paper)]
-    pub variant: VariantArg,
+    /// Which form of a published method (lowrank: paper if not said; sg: improved)
+    #[arg(long, value_enum)]
+    pub variant: Option<VariantArg>,
     /// Neither use nor keep precomputed BRDFs (lowrank); see `biscale cache`
     #[arg(long)]
     pub no_cache: bool,
@@ -66,7 +66,7 @@ pub enum MethodArg {
     Direct,
     /// Low-rank matrices (Wu et al. 2011)
     Lowrank,
-    /// Spherical Gaussians (Iwasaki et al. 2012); not built yet
+    /// Spherical Gaussians (Iwasaki et al. 2012)
     Sg,
     /// Fresh rays for every pair, with interreflections if asked
     Reference,
@@ -121,18 +121,18 @@ impl QualityArgs {
             seed: self.seed,
             bounces: self.bounces,
             plan: self.plan.as_deref().map(str::parse::<Plan>).transpose()?,
-            variant: match self.variant {
-                VariantArg::Paper => LowRankVariant::Paper,
-                VariantArg::Improved => LowRankVariant::Improved,
-            },
+            variant: self.variant.map(|variant| match variant {
+                VariantArg::Paper => Variant::Paper,
+                VariantArg::Improved => Variant::Improved,
+            }),
             cache: if self.no_cache { None } else { lowrank_cache::user_cache() },
         })
     }
 
     /// What the user should know about options that this run does not use.
     pub fn notes(&self) -> Vec<String> {
-        if self.variant == VariantArg::Improved && self.method != MethodArg::Lowrank {
-            vec!["`variant` is an option of `method lowrank`; this run does not use it".to_owned()]
+        if self.variant.is_some() && !matches!(self.method, MethodArg::Lowrank | MethodArg::Sg) {
+            vec!["`variant` is an option of `method lowrank` and `method sg`; this run does not use it".to_owned()]
         } else {
             Vec::new()
         }

@@ -7,16 +7,16 @@ use crate::direction::Pair;
 use crate::error::Result;
 use crate::facets::{Clustering, REPLICATES, Runs};
 use crate::filter::control::Control;
+use crate::filter::facet_sampler::FacetSampler;
 use crate::filter::plan::{CLUSTER_WIDTHS, DirectPlan};
 use crate::filter::query::Query;
 use crate::filter::subset::subset;
 use crate::filter::sums::{self, Materials, PairSums};
-use crate::filter::tracer::Tracer;
 use crate::material::{SmallScale, Surface, Tint};
 
-/// A tracer of triangles whose clusters cost no more than their share of the tolerance.
+/// A sampler of triangles whose clusters cost no more than their share of the tolerance.
 pub(super) struct ClusteredTracer<'a> {
-    pub tracer: Tracer<'a>,
+    pub sampler: FacetSampler<'a>,
     /// Place of the clusters' width in [`CLUSTER_WIDTHS`].
     pub narrowed: usize,
     /// What clusters of unequal normals cost, relative RMS.
@@ -43,11 +43,11 @@ pub(super) fn clustered<'a>(
     let even = !plan.is_some_and(|plan| plan.weighted);
     loop {
         let clustering = even.then(|| clustering(small, long, CLUSTER_WIDTHS[narrowed])).flatten();
-        let tracer = Tracer::new(small, clustering.as_ref(), seed, control);
-        let bias = bias(small, &tracer, &probes)?;
+        let sampler = FacetSampler::new(small, clustering.as_ref(), seed, control);
+        let bias = bias(small, &sampler, &probes)?;
         let too_wide = bias > PARAMS.bias_share * tolerance;
         if !too_wide || plan.is_some() {
-            return Ok(ClusteredTracer { tracer, narrowed, bias });
+            return Ok(ClusteredTracer { sampler, narrowed, bias });
         }
         narrowed += 1;
     }
@@ -70,13 +70,13 @@ fn clustering(small: &SmallScale, long: bool, width: f64) -> Option<Clustering> 
 
 /// What clusters of unequal normals cost: the relative RMS difference of `fbar` from sums facet by facet, over the pairs `probes`. Not of `S`: a
 /// grazing viewer sees little, and counts as much as any.
-fn bias(small: &SmallScale, tracer: &Tracer<'_>, probes: &[Pair]) -> Result<f64> {
-    let groups = &tracer.surface.groups;
+fn bias(small: &SmallScale, sampler: &FacetSampler<'_>, probes: &[Pair]) -> Result<f64> {
+    let groups = &sampler.surface.groups;
     if !groups.iter().any(|g| g.cluster.is_some_and(|c| c.covariance != [0.0; 3])) {
         return Ok(0.0);
     }
     let query = Query::new(probes, false);
-    let batch = tracer.batch(Runs::of_block(0, PARAMS.pilot_samples, 0, 1), &query.directions)?;
+    let batch = sampler.batch(Runs::of_block(0, PARAMS.pilot_samples, 0, 1), &query.directions)?;
     let lobes = sums::surface_lobes(&small.surfaces);
     let sums_of = |by_clusters| {
         let mut sums = vec![[[0.0; 3]; REPLICATES]; query.pairs.len()];

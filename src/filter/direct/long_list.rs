@@ -7,12 +7,12 @@ use crate::direction::Pair;
 use crate::error::Result;
 use crate::facets::{REPLICATES, Runs};
 use crate::filter::control::Control;
+use crate::filter::facet_sampler::BATCH;
 use crate::filter::plan::DirectPlan;
 use crate::filter::prepared::Prepared;
 use crate::filter::query::Query;
 use crate::filter::sums;
 use crate::filter::tolerance::{MAX_SAMPLES, keeps};
-use crate::filter::tracer::BATCH;
 use glam::DVec3;
 
 /// The values of a long list `pairs` with its `query`, with the density, and at first the number of samples, that its part found.
@@ -30,11 +30,11 @@ pub(super) fn whole(run: &mut DirectRun<'_, '_>, pairs: &[Pair], query: Query, p
     let mut query = Some(query);
     loop {
         let round_began = spent();
-        let prepared = Prepared::new(&run.tracer, pairs, query.take().expect("put back below"), samples)?;
+        let prepared = Prepared::new(&run.sampler, pairs, query.take().expect("put back below"), samples)?;
         let [facets, visibility] = prepared.seconds();
         run.seconds[1] += facets;
         run.seconds[2] += visibility;
-        let hidden = prepared.undersampled(&run.tracer.surface);
+        let hidden = prepared.undersampled(&run.sampler.surface);
         let undersampled = hidden.len();
         let must_see_more = run.wants_more_to_see(undersampled, samples, pairs.len());
         let last = quality.plan.is_some() || 2 * samples > most;
@@ -83,12 +83,12 @@ fn enough_to_see(run: &mut DirectRun<'_, '_>, directions: &[DVec3], mut samples:
         let mut areas = vec![[0.0; REPLICATES]; directions.len()];
         let parts = samples.div_ceil(BATCH);
         for part in 0..parts {
-            let batch = run.tracer.batch(Runs::of_block(0, samples, part, parts), directions)?;
+            let batch = run.sampler.batch(Runs::of_block(0, samples, part, parts), directions)?;
             run.seconds[1] += batch.seconds[0];
             run.seconds[2] += batch.seconds[1];
             sums::add_areas(&batch, directions, &mut areas);
         }
-        if sums::undersampled(&run.tracer.surface, directions, &areas).is_empty() {
+        if sums::undersampled(&run.sampler.surface, directions, &areas).is_empty() {
             break;
         }
         samples *= 2;

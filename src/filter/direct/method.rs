@@ -8,12 +8,12 @@ use super::{long_list, part};
 use crate::direction::Pair;
 use crate::error::Result;
 use crate::filter::control::Control;
+use crate::filter::facet_sampler::FacetSampler;
 use crate::filter::plan::Plan;
 use crate::filter::prepared::Prepared;
 use crate::filter::quality::Quality;
 use crate::filter::query::Query;
 use crate::filter::tolerance::keeps;
-use crate::filter::tracer::Tracer;
 use crate::filter::value::{Effective, Summary};
 use crate::material::SmallScale;
 use crate::numerics::seed;
@@ -42,14 +42,14 @@ pub(in crate::filter) fn direct_from(
 /// # Errors
 /// Those of [`effective`](crate::filter::effective()).
 pub fn prepare<'a>(small: &SmallScale, pairs: &'a [Pair], quality: &Quality, control: &Control<'_>) -> Result<(Prepared<'a>, Effective)> {
-    let DirectResult { effective, tracer, samples, .. } = traced(small, pairs, quality, control, StartHint::UNKNOWN)?;
-    Ok((Prepared::new(&tracer, pairs, Query::new(pairs, small.is_reciprocal()), samples)?, effective))
+    let DirectResult { effective, sampler, samples, .. } = traced(small, pairs, quality, control, StartHint::UNKNOWN)?;
+    Ok((Prepared::new(&sampler, pairs, Query::new(pairs, small.is_reciprocal()), samples)?, effective))
 }
 
 /// Values, and what finds facets and their visibility as it did for them.
 struct DirectResult<'a> {
     effective: Effective,
-    tracer: Tracer<'a>,
+    sampler: FacetSampler<'a>,
     /// Samples that the values are from.
     samples: u32,
     /// Directions that too few of the samples see.
@@ -75,9 +75,9 @@ fn traced<'a>(
     let in_part = long || plan.map_or(quality.budget.is_none() && part::worth_a_part(&query), |plan| plan.by_part);
     let part = if in_part { part::to_try(pairs, &query) } else { Vec::new() };
     let (tried, tried_query) = if in_part { (&part[..], Query::new(&part, symmetric)) } else { (pairs, query.clone()) };
-    let ClusteredTracer { tracer, narrowed, bias } =
+    let ClusteredTracer { sampler, narrowed, bias } =
         clustered(small, pairs, &query, plan, quality.tolerance, seed::fold(quality.seed), control)?;
-    let mut run = DirectRun::new(small, tracer, tried, tried_query, control, start);
+    let mut run = DirectRun::new(small, sampler, tried, tried_query, control, start);
     run.seconds[0] = spent();
 
     let asked = Asked { quality, spent: &spent };
@@ -103,7 +103,7 @@ fn traced<'a>(
     outcome.plan.narrowed = narrowed;
     let mut notes = notes(&outcome, pairs, quality, spent());
     notes.extend(outcome.add_bias(bias));
-    notes.extend(outcome.add_given_up(run.tracer.given_up(), directions));
+    notes.extend(outcome.add_given_up(run.sampler.given_up(), directions));
     Ok(result(run, outcome, directions, notes))
 }
 
@@ -115,14 +115,14 @@ fn result<'a>(run: DirectRun<'a, '_>, outcome: Outcome, directions: usize, notes
         method: "direct",
         plan: Some(Plan::Direct(plan)),
         facets,
-        clusters: if run.tracer.is_clustered() { run.tracer.surface.groups.len() } else { facets },
+        clusters: if run.sampler.is_clustered() { run.sampler.surface.groups.len() } else { facets },
         directions,
         stages: ["prepare", "facets", "visibility", "sums"].into_iter().zip(run.seconds.map(|s| 1e3 * s)).collect(),
         relative_rms,
         low_rank: Vec::new(),
         notes,
     };
-    DirectResult { effective: Effective { values, summary }, tracer: run.tracer, samples: plan.samples(), undersampled }
+    DirectResult { effective: Effective { values, summary }, sampler: run.sampler, samples: plan.samples(), undersampled }
 }
 
 impl Outcome {

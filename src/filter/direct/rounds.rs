@@ -3,11 +3,11 @@
 use super::params::PARAMS;
 use super::run::{DirectRun, Outcome};
 use crate::error::Result;
+use crate::filter::facet_sampler::{BATCH, Batch};
 use crate::filter::importance;
 use crate::filter::plan::DirectPlan;
 use crate::filter::quality::Quality;
 use crate::filter::tolerance::{MARGIN, MAX_SAMPLES, SAFETY, keeps, needed, required};
-use crate::filter::tracer::{BATCH, Batch};
 use crate::filter::value::Value;
 
 /// What a caller asks of the rounds.
@@ -106,7 +106,7 @@ struct Round {
 impl Round {
     /// Whether so many more samples are needed that it pays to begin anew: clustered facets must all stand for the same.
     fn pays(&self, run: &DirectRun<'_, '_>) -> bool {
-        self.target > 2 * self.samples && !run.tracer.is_clustered()
+        self.target > 2 * self.samples && !run.sampler.is_clustered()
     }
 
     /// Whether nobody has yet looked where samples are worth most.
@@ -139,7 +139,7 @@ impl Round {
     /// Whether the samples that are needed cost less in one block than by doubling those that there are: each block projects all triangles.
     fn one_block_pays(&self, run: &DirectRun<'_, '_>) -> bool {
         let rounds_saved = f64::from((self.target / self.samples).ilog2()) - 1.0;
-        self.target <= BATCH && run.tracer.costs_more_than_samples(rounds_saved, self.samples)
+        self.target <= BATCH && run.sampler.costs_more_than_samples(rounds_saved, self.samples)
     }
 }
 

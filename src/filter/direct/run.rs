@@ -6,11 +6,11 @@ use crate::error::Result;
 use crate::facets::{ALIGNMENT, REPLICATES, Runs};
 use crate::filter::control::Control;
 use crate::filter::estimate::{self, CompleteSums, Spread};
+use crate::filter::facet_sampler::{BATCH, Batch, FacetSampler};
 use crate::filter::importance::{self, PilotValue};
 use crate::filter::plan::DirectPlan;
 use crate::filter::query::Query;
 use crate::filter::sums::{self, Materials, PairSums};
-use crate::filter::tracer::{BATCH, Batch, Tracer};
 use crate::filter::value::Value;
 use crate::material::SmallScale;
 use std::ops::Range;
@@ -47,7 +47,7 @@ pub(super) struct BlockCost {
 /// A run of the method over a list that is not long.
 pub(super) struct DirectRun<'a, 'p> {
     pub small: &'a SmallScale,
-    pub tracer: Tracer<'a>,
+    pub sampler: FacetSampler<'a>,
     pub pairs: &'p [Pair],
     pub query: Query,
     pub tasks: Vec<Range<usize>>,
@@ -75,14 +75,14 @@ impl<'a, 'p> DirectRun<'a, 'p> {
     /// A run over `pairs`, whose query is `query`.
     pub fn new(
         small: &'a SmallScale,
-        tracer: Tracer<'a>,
+        sampler: FacetSampler<'a>,
         pairs: &'p [Pair],
         query: Query,
         control: &Control<'a>,
         start: StartHint,
     ) -> Self {
         let (tasks, last_block) = (query.tasks(), BlockCost { samples: 1, seconds: [0.0; 3] });
-        Self { small, tracer, pairs, query, tasks, control: *control, seconds: [0.0; 4], last_block, target: 0, start }
+        Self { small, sampler, pairs, query, tasks, control: *control, seconds: [0.0; 4], last_block, target: 0, start }
     }
 
     /// Goes on with another list.
@@ -99,10 +99,10 @@ impl<'a, 'p> DirectRun<'a, 'p> {
     /// save nothing by leaving out. What is expected to be needed is not tried with much less, but for the pilot run: a quarter of it, or, where
     /// that costs less than to project the triangles once more, all.
     pub fn first(&self) -> u32 {
-        let triangles = u32::try_from(self.tracer.surface.triangles.len()).unwrap_or(u32::MAX);
+        let triangles = u32::try_from(self.sampler.surface.triangles.len()).unwrap_or(u32::MAX);
         let fewest = self.start.enough.clamp(PARAMS.min_budget_samples, PARAMS.min_samples);
         let least = (triangles / 2).clamp(fewest, PARAMS.most_first).next_power_of_two();
-        let worth_a_round = self.tracer.samples_worth_a_projection();
+        let worth_a_round = self.sampler.samples_worth_a_projection();
         let expected = (self.start.expected / 4).max(self.start.expected.min(worth_a_round)).max(1);
         // Rounded down: what lies below the pilot run counts among the samples that are kept.
         least.max((1 << expected.ilog2()).min(PARAMS.pilot_samples))
@@ -112,14 +112,14 @@ impl<'a, 'p> DirectRun<'a, 'p> {
     /// alone must not end the rounds.
     pub fn wants_more_to_see(&self, undersampled: usize, samples: u32, pairs: usize) -> bool {
         // Clusters are counted by words.
-        let sums = (samples as usize).saturating_mul(pairs) / if self.tracer.is_clustered() { ALIGNMENT } else { 1 };
+        let sums = (samples as usize).saturating_mul(pairs) / if self.sampler.is_clustered() { ALIGNMENT } else { 1 };
         undersampled > 0 && samples < PARAMS.most_search && sums < PARAMS.most_search_sums
     }
 
     /// Sums of the samples `start..start + length`; and the batch, if it is one.
     pub fn block(&mut self, start: u32, length: u32) -> Result<(Accumulated, Option<Batch>)> {
         let lobes = sums::surface_lobes(&self.small.surfaces);
-        let materials = Materials::new(&self.tracer.surface.groups, &lobes, true);
+        let materials = Materials::new(&self.sampler.surface.groups, &lobes, true);
         let mut total = Accumulated {
             samples: start + length,
             pairs: vec![[[0.0; 3]; REPLICATES]; self.query.pairs.len()],
@@ -129,7 +129,7 @@ impl<'a, 'p> DirectRun<'a, 'p> {
         let mut last = None;
         self.last_block = BlockCost { samples: length, seconds: [0.0; 3] };
         for part in 0..parts {
-            let batch = self.tracer.batch(Runs::of_block(start, length, part, parts), &self.query.directions)?;
+            let batch = self.sampler.batch(Runs::of_block(start, length, part, parts), &self.query.directions)?;
             let began = (self.control.clock)();
             sums::add_areas(&batch, &self.query.directions, &mut total.areas);
             sums::add_pairs(&batch, &self.query, &self.tasks, &materials, &mut total.pairs);
@@ -147,19 +147,19 @@ impl<'a, 'p> DirectRun<'a, 'p> {
 
     /// Directions of the list that too few of the samples see.
     pub fn undersampled(&self, total: &Accumulated) -> usize {
-        sums::undersampled(&self.tracer.surface, &self.query.directions, &total.areas).len()
+        sums::undersampled(&self.sampler.surface, &self.query.directions, &total.areas).len()
     }
 
     /// Where further samples are worth most, by a pilot run whose values were `values`.
     pub fn importance(&self, pilot: &Batch, values: &[Value]) -> Vec<f64> {
         let lobes = sums::surface_lobes(&self.small.surfaces);
         let known = |k: usize| PilotValue { q: values[k].fbar.iter().sum::<f64>() / 3.0, a: values[k].av };
-        importance::importance(pilot, &self.query, &self.tracer.surface.groups, &lobes, known, PARAMS.stretches)
+        importance::importance(pilot, &self.query, &self.sampler.surface.groups, &lobes, known, PARAMS.stretches)
     }
 
     /// Puts samples where `importance` says.
     pub fn weight_samples(&mut self, importance: &[f64]) {
-        self.tracer.density = self.tracer.density.weighted(importance);
+        self.sampler.density = self.sampler.density.weighted(importance);
     }
 
     /// Values, and their relative RMS error.

@@ -3,12 +3,13 @@
 use super::map::Map;
 use super::materials::Row;
 use super::normals::Bins;
-use super::run::{LowRankRun, RawValues, Stage, VisibleFacets, colour_of, products};
+use super::run::{LowRankRun, RawValues, Stage, colour_of, products};
 use crate::direction::Pair;
 use crate::error::Result;
 use crate::filter::plan::LowRankPlan;
 use crate::filter::query::{Query, QueryEntry};
 use crate::filter::value::LowRankFacts;
+use crate::filter::visible_facets::VisibleFacets;
 use crate::material::Surface;
 use crate::numerics::randomized_svd::{Factors, Rows};
 use rayon::prelude::*;

@@ -1,7 +1,7 @@
 //! What the paper's own method and the improved one do differently.
 
 use super::map::Projection;
-use crate::filter::plan::LowRankVariant;
+use crate::filter::plan::Variant;
 use crate::numerics::randomized_svd::{Iteration, PAPER_PROJECTION};
 
 /// How facets are placed, and what area each stands for.
@@ -57,9 +57,9 @@ pub(super) struct Choices {
 
 impl Choices {
     /// The choices of a variant.
-    pub fn of(variant: LowRankVariant) -> Self {
+    pub fn of(variant: Variant) -> Self {
         match variant {
-            LowRankVariant::Paper => Self {
+            Variant::Paper => Self {
                 placing: FacetPlacement::Random,
                 projection: Projection::Paraboloid,
                 rows: MatrixRows::Maps,
@@ -69,7 +69,7 @@ impl Choices {
                 projected: PAPER_PROJECTION,
                 grows: false,
             },
-            LowRankVariant::Improved => Self {
+            Variant::Improved => Self {
                 placing: FacetPlacement::LowDiscrepancy,
                 projection: Projection::EqualArea,
                 rows: MatrixRows::Query,

@@ -3,15 +3,16 @@
 //! Facets; what they see; for each surface `N` and `M` by their factors; their product. How far the values are off: `errors`.
 
 use super::choices::MatrixRows;
-use super::errors::{LowRankErrors, Probes, adapt, errors, raw_values};
+use super::errors::{adapt, errors, raw_values};
 use super::run::{LowRankRun, RawValues, Stage};
-use crate::direction::{MIN_COSINE, Pair};
+use crate::direction::Pair;
 use crate::error::{Error, Result};
 use crate::filter::control::Control;
-use crate::filter::plan::{LowRankPlan, LowRankVariant, Plan};
-use crate::filter::quality::Quality;
+use crate::filter::plan::{LowRankPlan, Plan, Variant};
+use crate::filter::probes::{ApproximationErrors, Probes, values_with_error};
+use crate::filter::quality::{Method, Quality};
 use crate::filter::tolerance::keeps;
-use crate::filter::value::{Effective, Summary, Value};
+use crate::filter::value::{Effective, Summary};
 use crate::material::SmallScale;
 use crate::visibility::MAX_PERIODS;
 
@@ -22,22 +23,20 @@ pub(in crate::filter) fn low_rank(small: &SmallScale, pairs: &[Pair], quality: &
         return Err(Error::Unsupported { what, remedy: "leave it out, or ask for `method direct`, which keeps one".to_owned() });
     }
     let given = quality.plan.as_ref().map(Plan::as_low_rank).transpose()?;
-    let variant = given.map_or(quality.variant, |plan| plan.variant());
+    let variant = given.map_or_else(|| quality.variant_of(Method::LowRank), |plan| plan.variant());
     let mut run = LowRankRun::new(small, variant, quality, control);
     let probes = Probes::new(small, pairs);
     let plan = match (given, variant) {
         (Some(plan), _) => plan,
-        (None, LowRankVariant::Paper) => LowRankPlan::PAPER,
-        (None, LowRankVariant::Improved) => adapt(&mut run, &probes)?,
+        (None, Variant::Paper) => LowRankPlan::PAPER,
+        (None, Variant::Improved) => adapt(&mut run, &probes)?,
     };
     let raw = raw_values(&mut run, &plan, pairs)?;
     let errors = errors(&mut run, &plan, &probes, &raw.pairs)?;
     if given.is_none() && !keeps(errors.total(), quality.tolerance) {
         let why = match variant {
-            LowRankVariant::Paper => {
-                "the published method has fixed settings; `variant improved` or `method direct` look for those that keep it"
-            }
-            LowRankVariant::Improved => "no settings that this method allows itself keep it; `method direct` does",
+            Variant::Paper => "the published method has fixed settings; `variant improved` or `method direct` look for those that keep it",
+            Variant::Improved => "no settings that this method allows itself keep it; `method direct` does",
         };
         run.notes.push(format!("the tolerance of {} is not met: {why}", quality.tolerance));
     }
@@ -45,14 +44,14 @@ pub(in crate::filter) fn low_rank(small: &SmallScale, pairs: &[Pair], quality: &
 }
 
 /// The values and their summary.
-fn result(mut run: LowRankRun<'_>, plan: &LowRankPlan, pairs: &[Pair], raw: RawValues, errors: LowRankErrors) -> Effective {
+fn result(mut run: LowRankRun<'_>, plan: &LowRankPlan, pairs: &[Pair], raw: RawValues, errors: ApproximationErrors) -> Effective {
     run.notes.push(format!(
         "relative RMS of the facets {:.1e}; of bins, cuts{} {:.1e}",
         errors.facets,
         if run.choices.rows == MatrixRows::Maps { " and interpolation" } else { "" },
         errors.bias
     ));
-    let given_up = run.tracer.given_up();
+    let given_up = run.sampler.given_up();
     let mut error = errors.total();
     if given_up > 0 {
         // As in the direct method: their share is an error of every value.
@@ -62,8 +61,8 @@ fn result(mut run: LowRankRun<'_>, plan: &LowRankPlan, pairs: &[Pair], raw: RawV
     }
     let summary = Summary {
         method: match plan.variant() {
-            LowRankVariant::Paper => "lowrank",
-            LowRankVariant::Improved => "lowrank improved",
+            Variant::Paper => "lowrank",
+            Variant::Improved => "lowrank improved",
         },
         plan: Some(Plan::LowRank(*plan)),
         facets: plan.facets(),
@@ -74,31 +73,5 @@ fn result(mut run: LowRankRun<'_>, plan: &LowRankPlan, pairs: &[Pair], raw: RawV
         low_rank: raw.facts,
         notes: run.notes,
     };
-    Effective { values: values(pairs, &raw.pairs, error), summary }
-}
-
-/// Values with standard errors that, over all of them, are the relative RMS `error`: half of it in proportion to each, half alike for all,
-/// as cuts and interpolation err beside peaks as much as in them.
-fn values(pairs: &[Pair], raw: &[([f64; 3], f64)], error: f64) -> Vec<Value> {
-    let mut values: Vec<Value> = pairs
-        .iter()
-        .zip(raw)
-        .map(|(pair, &(s, av))| {
-            if av <= 0.0 {
-                return Value::default();
-            }
-            let fbar = s.map(|s| s / av);
-            let cosine = pair.wi.z.max(MIN_COSINE);
-            Value { s, fbar, fhat: fbar.map(|f| f / cosine), av, ..Value::default() }
-        })
-        .collect();
-    let seen = values.iter().filter(|v| v.av > 0.0).count();
-    let energy: f64 = values.iter().flat_map(|v| v.fbar).map(|f| f * f).sum::<f64>() / (3 * seen).max(1) as f64;
-    for value in values.iter_mut().filter(|v| v.av > 0.0) {
-        for c in 0..3 {
-            value.se[c] = error * (0.5 * (value.fbar[c] * value.fbar[c] + energy)).sqrt();
-            value.s_se[c] = value.se[c] * value.av;
-        }
-    }
-    values
+    Effective { values: values_with_error(pairs, &raw.pairs, error), summary }
 }

@@ -139,7 +139,7 @@ mod tests {
     use super::super::choices::Choices;
     use super::*;
     use crate::facets::{Density, Runs, Surface, sample};
-    use crate::filter::plan::LowRankVariant;
+    use crate::filter::plan::Variant;
     use crate::material::{Material, SmallScale};
     use crate::numerics::randomized_svd::{Factors, Params, Rows, factor};
     use crate::visibility::raster;
@@ -153,7 +153,7 @@ mod tests {
         map: Map,
     }
 
-    fn seen(tile: &str, variant: LowRankVariant) -> Seen {
+    fn seen(tile: &str, variant: Variant) -> Seen {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/data/truth/{tile}.toml"));
         let small = Material::load(&path).unwrap().build().unwrap();
         let surface = Surface::new(&small, None);
@@ -199,7 +199,7 @@ mod tests {
     }
 
     /// Errors of eq. 8 with the whole of N, and of eq. 12 with its factors, against sums facet by facet; and the factors.
-    fn errors(tile: &str, variant: LowRankVariant) -> (f64, f64, Factors) {
+    fn errors(tile: &str, variant: Variant) -> (f64, f64, Factors) {
         let (seen, choices) = (seen(tile, variant), Choices::of(variant));
         let bins = Bins::new(&seen.facets, 0..seen.facets.triangle.len(), &Map::sphere(choices.projection, 16), choices.normals);
         let columns = bins.columns(&seen.facets);
@@ -233,20 +233,20 @@ mod tests {
 
     #[test]
     fn grooves_have_few_normals_whose_means_are_exact_and_n_has_their_rank() {
-        let (whole, low, factors) = errors("vgroove.diffuse", LowRankVariant::Improved);
+        let (whole, low, factors) = errors("vgroove.diffuse", Variant::Improved);
         assert!(whole < 1e-6, "{whole}");
         // 99.5 % of the power of N: at most 7 % of its norm is cut.
         assert!(low < 0.05, "{low}");
         assert!(factors.rank() <= 2, "two normals, rank {}", factors.rank());
-        let (whole, _, _) = errors("vgroove.diffuse", LowRankVariant::Paper);
+        let (whole, _, _) = errors("vgroove.diffuse", Variant::Paper);
         assert!(whole > 1e-3, "nearest normals of a coarse map must show: {whole}");
     }
 
     #[test]
     fn a_height_field_keeps_its_sums_within_what_bins_and_cuts_cost() {
-        let (paper, paper_low, factors) = errors("bumpy.diffuse", LowRankVariant::Paper);
+        let (paper, paper_low, factors) = errors("bumpy.diffuse", Variant::Paper);
         assert!(factors.rank() < 50 && factors.energy >= 0.995, "rank {}, energy {}", factors.rank(), factors.energy);
-        let (improved, improved_low, _) = errors("bumpy.diffuse", LowRankVariant::Improved);
+        let (improved, improved_low, _) = errors("bumpy.diffuse", Variant::Improved);
         // Measured: .0118 and .0133; .0034 and .0037.
         assert!(paper < 0.02 && paper_low < 0.02, "paper: {paper}, low rank {paper_low}");
         assert!(improved < 0.006 && improved_low < 0.006, "improved: {improved}, low rank {improved_low}");

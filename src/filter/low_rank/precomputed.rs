@@ -22,7 +22,7 @@ const PROJECTION: usize = 128;
 const MAX_PROJECTION: usize = 512;
 /// Most bytes of the projected matrix.
 const MAX_PROJECTED: usize = 2 << 30;
-/// Masking of the map whose directions tell a BRDF's colour.
+/// Side of the map whose directions tell a BRDF's colour.
 const COLOUR_SIDE: usize = 6;
 
 /// What a compressed `M` depends on beside its BRDF.
@@ -30,7 +30,7 @@ const COLOUR_SIDE: usize = 6;
 pub struct Settings {
     /// Map of directions and normals.
     pub projection: Projection,
-    /// Masking of the smallest map of directions: that of visibility. A coarser one would lose what `N` knows.
+    /// Side of the smallest map of directions: that of visibility. A coarser one would lose what `N` knows.
     pub least_directions: usize,
     /// Sides of the largest maps.
     pub largest: MapSides,

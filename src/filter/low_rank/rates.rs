@@ -18,7 +18,7 @@ use std::ops::RangeInclusive;
 const DIRECTIONS_THRESHOLD: f64 = 0.02;
 /// Share of the power that nearest normals may miss (section 5).
 const NORMALS_THRESHOLD: f64 = 0.01;
-/// Masking of the smallest map of normals.
+/// Side of the smallest map of normals.
 const SMALLEST: usize = 2;
 /// Samples of an integral.
 const SAMPLES: u32 = 1 << 14;

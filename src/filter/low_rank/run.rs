@@ -3,23 +3,20 @@
 use super::choices::{Choices, Colours, FacetPlacement};
 use super::materials::{Basis, Product};
 use super::normals::Bins;
-use crate::error::{BadInput, Result};
+use crate::error::Result;
 use crate::facets::{self, Facets, Runs};
 use crate::filter::control::Control;
-use crate::filter::plan::{LowRankPlan, LowRankVariant};
+use crate::filter::facet_sampler::FacetSampler;
+use crate::filter::plan::{LowRankPlan, Variant};
+use crate::filter::probes::RawValue;
 use crate::filter::quality::Quality;
-use crate::filter::sums::visible_area;
-use crate::filter::tracer::Tracer;
 use crate::filter::value::LowRankFacts;
+use crate::filter::visible_facets::VisibleFacets;
 use crate::material::{SmallScale, Surface, Tint};
 use crate::numerics::randomized_svd::{self, Factors, Params, Rows};
 use crate::numerics::seed;
-use crate::visibility::Bits;
 use glam::DVec3;
-use rayon::prelude::*;
 
-/// Most bytes of visibility bits. Chosen, not measured.
-const MAX_BIT_BYTES: usize = 512 << 20;
 /// Random vectors are doubled until the factors keep the share of the power that is asked for; a share nearer to 1 than this cannot be told from rounding
 /// of the power itself.
 const ROUNDING_OF_POWER: f64 = 1e-12;
@@ -43,25 +40,17 @@ pub(super) struct LowRankRun<'a> {
     pub small: &'a SmallScale,
     pub quality: &'a Quality,
     pub control: &'a Control<'a>,
-    pub tracer: Tracer<'a>,
+    pub sampler: FacetSampler<'a>,
     pub choices: Choices,
     /// Seconds of each [`Stage`].
     pub seconds: [f64; 4],
     pub notes: Vec<String>,
 }
 
-/// Facets, and what they see of some directions.
-pub(super) struct VisibleFacets {
-    pub facets: Facets,
-    pub bits: Bits,
-    /// Visible area over the footprint, one a direction.
-    pub areas: Vec<f64>,
-}
-
 /// Values of a list of pairs before their errors are known.
 pub(super) struct RawValues {
     /// `S` of each pair, and visible area over the footprint from its viewer.
-    pub pairs: Vec<([f64; 3], f64)>,
+    pub pairs: Vec<RawValue>,
     pub facts: Vec<LowRankFacts>,
     pub directions: usize,
     pub bins: usize,
@@ -69,9 +58,9 @@ pub(super) struct RawValues {
 
 impl<'a> LowRankRun<'a> {
     /// A run of a variant.
-    pub fn new(small: &'a SmallScale, variant: LowRankVariant, quality: &'a Quality, control: &'a Control<'a>) -> Self {
-        let tracer = Tracer::new(small, None, seed::fold(quality.seed), control);
-        Self { small, quality, control, tracer, choices: Choices::of(variant), seconds: [0.0; 4], notes: Vec::new() }
+    pub fn new(small: &'a SmallScale, variant: Variant, quality: &'a Quality, control: &'a Control<'a>) -> Self {
+        let sampler = FacetSampler::new(small, None, seed::fold(quality.seed), control);
+        Self { small, quality, control, sampler, choices: Choices::of(variant), seconds: [0.0; 4], notes: Vec::new() }
     }
 
     /// This moment, in seconds.
@@ -88,11 +77,11 @@ impl<'a> LowRankRun<'a> {
     pub fn facets(&mut self, plan: &LowRankPlan) -> Facets {
         let began = self.now();
         let facets = match self.choices.placing {
-            FacetPlacement::Random => facets::random(self.small, &self.tracer.surface, plan.facets(), self.tracer.seed),
+            FacetPlacement::Random => facets::random(self.small, &self.sampler.surface, plan.facets(), self.sampler.seed),
             FacetPlacement::LowDiscrepancy => {
                 let count = u32::try_from(plan.facets()).expect("at most MAX_FACETS");
                 let runs = Runs::of_block(0, count, 0, 1);
-                facets::sample(self.small, &self.tracer.surface, &self.tracer.density, runs, self.tracer.seed)
+                facets::sample(self.small, &self.sampler.surface, &self.sampler.density, runs, self.sampler.seed)
             }
         };
         self.took(Stage::Facets, began);
@@ -102,17 +91,10 @@ impl<'a> LowRankRun<'a> {
     /// What facets see of `directions`.
     pub fn see(&mut self, facets: Facets, directions: &[DVec3]) -> Result<VisibleFacets> {
         self.control.check()?;
-        let bytes = facets.triangle.len() / 8 * directions.len();
-        if bytes > MAX_BIT_BYTES {
-            let problem = format!("{} facets and {} directions need {} MB of visibility", facets.samples, directions.len(), bytes >> 20);
-            return Err(BadInput::new(problem, "ask for fewer facets or pairs, or for `method direct`").into());
-        }
         let began = self.now();
-        let bits = self.tracer.see(&facets, directions)?;
-        let area = |(d, &w): (usize, &DVec3)| visible_area(&facets, w, bits.row(d)).iter().sum::<f64>() / facets.samples as f64;
-        let areas = directions.par_iter().enumerate().map(area).collect();
+        let seen = VisibleFacets::new(&self.sampler, facets, directions)?;
         self.took(Stage::Visibility, began);
-        Ok(VisibleFacets { facets, bits, areas })
+        Ok(seen)
     }
 
     /// Factors of a matrix, and with as many random vectors as its energy asks for if the variant lets them grow.

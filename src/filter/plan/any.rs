@@ -3,6 +3,7 @@
 use super::direct::DirectPlan;
 use super::low_rank::LowRankPlan;
 use super::reference::ReferencePlan;
+use super::spherical_gaussian::SphericalGaussianPlan;
 use crate::error::BadInput;
 use std::fmt;
 use std::str::FromStr;
@@ -16,6 +17,8 @@ pub enum Plan {
     Reference(ReferencePlan),
     /// `lowrank:...`
     LowRank(LowRankPlan),
+    /// `sg:...`
+    SphericalGaussian(SphericalGaussianPlan),
 }
 
 impl fmt::Display for Plan {
@@ -24,6 +27,7 @@ impl fmt::Display for Plan {
             Self::Direct(plan) => plan.fmt(f),
             Self::Reference(plan) => plan.fmt(f),
             Self::LowRank(plan) => plan.fmt(f),
+            Self::SphericalGaussian(plan) => plan.fmt(f),
         }
     }
 }
@@ -36,6 +40,7 @@ impl FromStr for Plan {
         match text.split(':').next() {
             Some("reference") => text.parse().map(Self::Reference),
             Some("lowrank") => text.parse().map(Self::LowRank),
+            Some("sg") => text.parse().map(Self::SphericalGaussian),
             // What names no method is refused with the example of the method that `auto` takes.
             _ => text.parse().map(Self::Direct),
         }
@@ -57,6 +62,11 @@ impl Plan {
     pub(in crate::filter) fn as_low_rank(&self) -> Result<LowRankPlan, BadInput> {
         if let Self::LowRank(plan) = self { Ok(*plan) } else { Err(LowRankPlan::no_plan(&self.to_string())) }
     }
+
+    /// The same for `sg`.
+    pub(in crate::filter) fn as_spherical_gaussian(&self) -> Result<SphericalGaussianPlan, BadInput> {
+        if let Self::SphericalGaussian(plan) = self { Ok(*plan) } else { Err(SphericalGaussianPlan::no_plan(&self.to_string())) }
+    }
 }
 
 #[cfg(test)]
@@ -73,17 +83,19 @@ mod tests {
             "reference:bounces=0:first=8:doublings=64,30",
             "lowrank:paper:facets=500:directions=8:rates=8x12:energy=0.995,0.98",
             "lowrank:improved:facets=2048:normals=16:energy=0.9,1",
+            "sg:paper:facets=512:lobes=4:groups=4:amplitudes=non-negative:brdf=single:integral=closure",
         ] {
             let plan: Plan = text.parse().unwrap();
             assert_eq!(plan.to_string(), text);
-            let own = [plan.as_direct().is_ok(), plan.as_reference().is_ok(), plan.as_low_rank().is_ok()];
-            assert_eq!(own, ["direct", "reference", "lowrank"].map(|method| text.starts_with(method)), "{text}");
+            let own =
+                [plan.as_direct().is_ok(), plan.as_reference().is_ok(), plan.as_low_rank().is_ok(), plan.as_spherical_gaussian().is_ok()];
+            assert_eq!(own, ["direct", "reference", "lowrank", "sg:"].map(|method| text.starts_with(method)), "{text}");
         }
     }
 
     #[test]
     fn what_is_no_plan_is_refused_at_its_field_with_an_example() {
-        for text in ["", "fast", "direct:0", "sg:8192x1", "reference:", "lowrank:fast"] {
+        for text in ["", "fast", "direct:0", "sg:fast", "reference:", "lowrank:fast"] {
             let error = text.parse::<Plan>().unwrap_err();
             assert!(error.field.as_deref() == Some("plan") && error.to_string().contains(text) && error.remedy.contains(':'), "{error}");
         }

@@ -1,5 +1,6 @@
 //! The plan of a run of the method `lowrank`: its variant, facets, maps and cuts.
 
+use super::variant::Variant;
 use crate::error::BadInput;
 use crate::filter::tolerance::DEFAULT_TOLERANCE;
 use std::fmt;
@@ -30,16 +31,6 @@ pub struct MapSides {
 /// rows and 6,400 columns (section 5).
 pub const LARGEST_MAPS: MapSides = MapSides { directions: 48, normals: 64 };
 
-/// Which of two sets of choices.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum LowRankVariant {
-    /// As published.
-    #[default]
-    Paper,
-    /// With what `docs/numerics.md` found to be more accurate.
-    Improved,
-}
-
 /// All that fixes the bits of a run of `lowrank` beside its seed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LowRankPlan {
@@ -47,7 +38,7 @@ pub enum LowRankPlan {
     Paper {
         /// Facets.
         facets: usize,
-        /// Masking of the map of directions for which visibility is found: 12 has 112 cells, 13 has 137.
+        /// Side of the map of directions for which visibility is found: 12 has 112 cells, 13 has 137.
         directions: usize,
         /// Sides of the largest maps that `M` may have.
         rates: MapSides,
@@ -58,7 +49,7 @@ pub enum LowRankPlan {
     Improved {
         /// Facets, a power of two.
         facets: usize,
-        /// Masking of the map of normals whose cells are united.
+        /// Side of the map of normals whose cells are united.
         normals: usize,
         /// Shares of the power of `N` and of `M` that are kept.
         energy: [f64; 2],
@@ -91,10 +82,10 @@ impl LowRankPlan {
     }
 
     /// The variant that it is a plan of.
-    pub fn variant(&self) -> LowRankVariant {
+    pub fn variant(&self) -> Variant {
         match self {
-            Self::Paper { .. } => LowRankVariant::Paper,
-            Self::Improved { .. } => LowRankVariant::Improved,
+            Self::Paper { .. } => Variant::Paper,
+            Self::Improved { .. } => Variant::Improved,
         }
     }
 

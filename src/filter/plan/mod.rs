@@ -6,8 +6,12 @@ mod any;
 mod direct;
 mod low_rank;
 mod reference;
+mod spherical_gaussian;
+mod variant;
 
 pub use any::Plan;
 pub use direct::{CLUSTER_WIDTHS, DirectPlan};
-pub use low_rank::{LARGEST_MAPS, LowRankPlan, LowRankVariant, MAX_FACETS, MAX_NORMALS, MapSides};
+pub use low_rank::{LARGEST_MAPS, LowRankPlan, MAX_FACETS, MAX_NORMALS, MapSides};
 pub use reference::{BATCHES, MAX_RAYS, ReferencePlan};
+pub use spherical_gaussian::{AmplitudeFit, BrdfLobes, LobeCount, MAX_CHOSEN_LOBES, MAX_LOBES, ProductIntegral, SphericalGaussianPlan};
+pub use variant::Variant;

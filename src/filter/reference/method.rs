@@ -35,19 +35,19 @@ pub(in crate::filter) fn reference(small: &SmallScale, pairs: &[Pair], quality: 
     let query = Query::new(pairs, false);
     let scene = TransportScene::new(small)?;
     control.check()?;
-    let tracer = Tracer { scene: &scene, query: &query, bounces, seed: quality.seed, control };
+    let sampler = FacetSampler { scene: &scene, query: &query, bounces, seed: quality.seed, control };
     let ready = (control.clock)();
 
     let mut planner = RoundPlanner::new(plan, bounces, quality, start, weights(&query));
     if planner.needs_pilot() {
-        let (rays, seconds) = tracer.pilot()?;
+        let (rays, seconds) = sampler.pilot()?;
         planner.learn(rays, seconds, (control.clock)());
     }
     let mut tallies = vec![Tally::default(); query.pairs.len()];
     let mut estimates = vec![Estimate::default(); query.pairs.len()];
     let mut round: Vec<(usize, u32)> = (0..tallies.len()).map(|pair| (pair, planner.first_rays())).collect();
     while !round.is_empty() {
-        tracer.trace(&mut tallies, &round, &mut planner)?;
+        sampler.trace(&mut tallies, &round, &mut planner)?;
         for &(pair, _) in &round {
             estimates[pair] = tallies[pair].estimate();
         }
@@ -126,7 +126,7 @@ fn relative_rms(values: impl Iterator<Item = ([f64; 3], [f64; 3])>) -> f64 {
 }
 
 /// Everything that tracing needs to know.
-struct Tracer<'a> {
+struct FacetSampler<'a> {
     scene: &'a TransportScene<'a>,
     query: &'a Query,
     bounces: u32,
@@ -134,7 +134,7 @@ struct Tracer<'a> {
     control: &'a Control<'a>,
 }
 
-impl Tracer<'_> {
+impl FacetSampler<'_> {
     /// Brings the batches of some pairs to a number of rays each.
     fn trace(&self, tallies: &mut [Tally], round: &[(usize, u32)], planner: &mut RoundPlanner) -> Result<()> {
         let planned: u64 = round.iter().map(|&(pair, rays)| u64::from(rays - tallies[pair].rays) * BATCHES as u64).sum();

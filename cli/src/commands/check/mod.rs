@@ -11,7 +11,7 @@ use crate::common::interrupt;
 use crate::common::options::{CommonArgs, QualityArgs};
 use crate::common::output::{self, Description};
 use biscale::error::{Error, Result};
-use biscale::filter::{LowRankVariant, MethodToRun, Quality};
+use biscale::filter::{Method, MethodToRun, Quality, Variant};
 use biscale::material::Material;
 use biscale::render::Scene;
 use biscale::toml_reader::Source;
@@ -135,11 +135,14 @@ impl Serialize for Outcome {
 fn would_run(quality: &Quality) -> Result<String> {
     let method = match quality.method_to_run()? {
         MethodToRun::PredictedDirect | MethodToRun::Direct => "direct",
-        MethodToRun::LowRank => match quality.variant {
-            LowRankVariant::Paper => "lowrank",
-            LowRankVariant::Improved => "lowrank improved",
+        MethodToRun::LowRank => match quality.variant_of(Method::LowRank) {
+            Variant::Paper => "lowrank",
+            Variant::Improved => "lowrank improved",
         },
-        MethodToRun::SphericalGaussian => "sg (not built yet)",
+        MethodToRun::SphericalGaussian => match quality.variant_of(Method::SphericalGaussian) {
+            Variant::Paper => "sg",
+            Variant::Improved => "sg improved",
+        },
         MethodToRun::Reference => "reference",
     };
     let bounces = match quality.bounces {

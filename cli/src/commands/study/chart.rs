@@ -28,7 +28,8 @@ fn look(family: Family) -> Look {
         Family::DirectClusters => ("#7a7a7a", Shape::Cross),
         Family::LowRankPaper => ("#d55e00", Shape::Up),
         Family::LowRankImproved => ("#cc79a7", Shape::Down),
-        Family::SphericalGaussian => ("#8a6d00", Shape::Cross),
+        Family::SphericalGaussianPaper => ("#8a6d00", Shape::Up),
+        Family::SphericalGaussianImproved => ("#8a6d00", Shape::Cross),
         Family::Reference => ("#e6a700", Shape::Circle),
         Family::Interreflections | Family::Points => (GREY, Shape::Square),
     };

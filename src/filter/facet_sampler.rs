@@ -12,7 +12,7 @@ use glam::DVec3;
 pub(super) const BATCH: u32 = 1 << 16;
 
 /// What turns samples into facets that know what they see.
-pub(super) struct Tracer<'a> {
+pub(super) struct FacetSampler<'a> {
     small: &'a SmallScale,
     /// The surface in the form that sampling and visibility use.
     pub surface: Surface,
@@ -34,7 +34,7 @@ pub(super) struct Batch {
     pub seconds: [f64; 2],
 }
 
-impl<'a> Tracer<'a> {
+impl<'a> FacetSampler<'a> {
     /// For a surface, with samples spread by area, its triangles clustered if `clustering` says how.
     pub fn new(small: &'a SmallScale, clustering: Option<&Clustering>, seed: u32, control: &Control<'a>) -> Self {
         let surface = Surface::new(small, clustering);

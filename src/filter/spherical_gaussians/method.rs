@@ -1,0 +1,345 @@
+//! The method, from a surface and pairs to values with errors, and the search for a tolerance.
+
+use super::amplitudes::LobeFacets;
+use super::brdf_lobes::{BrdfLobe, brdf_lobes};
+use super::integrals::PairIntegral;
+use super::normals::NormalLobes;
+use crate::brdf::Colour;
+use crate::direction::Pair;
+use crate::error::{Error, Result};
+use crate::facets::{self, Facets, Runs};
+use crate::filter::control::Control;
+use crate::filter::facet_sampler::FacetSampler;
+use crate::filter::plan::{AmplitudeFit, BrdfLobes, LobeCount, MAX_FACETS, MAX_LOBES, Plan, SphericalGaussianPlan, Variant};
+use crate::filter::probes::{ApproximationErrors, Probes, RawValue, values_with_error};
+use crate::filter::quality::{Method, Quality};
+use crate::filter::query::{Query, QueryEntry};
+use crate::filter::tolerance::{SAFETY, keeps, needed};
+use crate::filter::value::{Effective, Summary, Value};
+use crate::filter::visible_facets::VisibleFacets;
+use crate::material::{SmallScale, Tint};
+use crate::numerics::cast::index_u32;
+use crate::numerics::seed;
+use crate::simd;
+use crate::visibility::MAX_PERIODS;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Share of the tolerance that the facets may take, and that the lobes may: `.6² + .75² = .92`. Facets are cheap, lobes are not.
+const FACET_SHARE: f64 = 0.6;
+const BIAS_SHARE: f64 = 0.75;
+/// Pairs whose amplitudes are held at once.
+const PAIRS_AT_ONCE: usize = 1 << 16;
+
+/// A stage, for its seconds.
+#[derive(Clone, Copy)]
+enum Stage {
+    Facets,
+    Visibility,
+    Lobes,
+    Amplitudes,
+    Integrals,
+}
+
+const STAGES: [&str; 5] = ["facets", "visibility", "lobes", "amplitudes", "integrals"];
+
+/// Effective values by spherical Gaussians.
+pub(in crate::filter) fn spherical_gaussians(
+    small: &SmallScale,
+    pairs: &[Pair],
+    quality: &Quality,
+    control: &Control<'_>,
+) -> Result<Effective> {
+    if quality.budget.is_some() {
+        let what = "a budget with `method sg`".to_owned();
+        return Err(Error::Unsupported { what, remedy: "leave it out, or ask for `method direct`, which keeps one".to_owned() });
+    }
+    let given = quality.plan.as_ref().map(Plan::as_spherical_gaussian).transpose()?;
+    let variant = quality.variant_of(Method::SphericalGaussian);
+    let mut run = Run::new(small, quality, control);
+    let probes = Probes::new(small, pairs);
+    let (plan, known) = match (given, variant) {
+        (Some(plan), _) => (plan, None),
+        (None, Variant::Paper) => (SphericalGaussianPlan::PAPER, None),
+        (None, Variant::Improved) => run.adapt(&probes)?,
+    };
+    let raw = run.values(&plan, pairs)?;
+    let errors = match known {
+        Some(errors) if probes.pairs().len() == pairs.len() => errors,
+        _ => run.errors(&plan, &probes, &raw.pairs)?,
+    };
+    if given.is_none() && !keeps(errors.total(), quality.tolerance) {
+        let why = match variant {
+            Variant::Paper => "the published method has fixed settings; `variant improved` or `method direct` look for those that keep it",
+            Variant::Improved => "more lobes than it is allowed would; `method direct` does",
+        };
+        run.notes.push(format!("the tolerance of {} is not met: {why}", quality.tolerance));
+    }
+    Ok(run.result(&plan, pairs, &raw, errors))
+}
+
+/// A run of the method.
+struct Run<'a> {
+    small: &'a SmallScale,
+    quality: &'a Quality,
+    control: &'a Control<'a>,
+    sampler: FacetSampler<'a>,
+    /// Seconds of each [`Stage`].
+    seconds: [f64; STAGES.len()],
+    notes: Vec<String>,
+}
+
+/// Values before their errors are known, and what they are made of.
+struct RawValues {
+    pairs: Vec<RawValue>,
+    directions: usize,
+    /// Lobes of the normals of all surfaces, and groups of them.
+    lobes: usize,
+    groups: usize,
+    /// Whether all distinct normals have a lobe.
+    complete: bool,
+    /// Of each surface: the number of its BRDF's lobes, and the relative RMS error of their sum.
+    brdf: Vec<(usize, f64)>,
+    /// Bytes of the lobes and of the amplitudes of all pairs.
+    bytes: usize,
+}
+
+impl<'a> Run<'a> {
+    fn new(small: &'a SmallScale, quality: &'a Quality, control: &'a Control<'a>) -> Self {
+        let sampler = FacetSampler::new(small, None, seed::fold(quality.seed), control);
+        Self { small, quality, control, sampler, seconds: [0.0; STAGES.len()], notes: Vec::new() }
+    }
+
+    /// What `work` gives; the time it takes goes to a stage.
+    fn timed<T>(&mut self, stage: Stage, work: impl FnOnce(&mut Self) -> T) -> T {
+        let began = (self.control.clock)();
+        let result = work(self);
+        self.seconds[stage as usize] += (self.control.clock)() - began;
+        result
+    }
+
+    /// The facets of a plan.
+    fn facets(&mut self, plan: &SphericalGaussianPlan) -> Facets {
+        self.timed(Stage::Facets, |run| match plan.variant {
+            Variant::Paper => facets::random(run.small, &run.sampler.surface, plan.facets, run.sampler.seed),
+            Variant::Improved => {
+                let runs = Runs::of_block(0, index_u32(plan.facets), 0, 1);
+                facets::sample(run.small, &run.sampler.surface, &run.sampler.density, runs, run.sampler.seed)
+            }
+        })
+    }
+
+    /// Values of a list by a plan.
+    fn values(&mut self, plan: &SphericalGaussianPlan, list: &[Pair]) -> Result<RawValues> {
+        let query = Query::new(list, self.small.is_reciprocal());
+        let seen = self.see(plan, &query)?;
+        self.values_of(plan, &query, &seen)
+    }
+
+    /// The facets of a plan, and what they see of a query's directions.
+    fn see(&mut self, plan: &SphericalGaussianPlan, query: &Query) -> Result<VisibleFacets> {
+        self.control.check()?;
+        let facets = self.facets(plan);
+        self.timed(Stage::Visibility, |run| VisibleFacets::new(&run.sampler, facets, &query.directions))
+    }
+
+    /// Values of a query by a plan, of whose facets it is known what they see.
+    fn values_of(&mut self, plan: &SphericalGaussianPlan, query: &Query, seen: &VisibleFacets) -> Result<RawValues> {
+        let mut values = vec![[0.0; 3]; query.pairs.len()];
+        let (mut lobes, mut groups, mut complete, mut brdf, mut bytes) = (0, 0, true, Vec::new(), 0);
+        for surface in 0..self.small.surfaces.len() {
+            let one = self.timed(Stage::Lobes, |run| OneSurface::new(run.small, surface, seen, query, plan));
+            lobes += one.normals.lobes.len();
+            groups += one.normals.groups;
+            complete &= one.normals.complete;
+            brdf.push((one.brdf_lobes(), one.brdf_error()));
+            bytes += self.add_surface(&one, query, &mut values)?;
+        }
+        let at = |entry: &Option<QueryEntry>| match entry {
+            Some(e) => (values[e.pair as usize].map(|s| s.max(0.0)), seen.areas[e.viewer as usize]),
+            None => ([0.0; 3], 0.0),
+        };
+        Ok(RawValues {
+            pairs: query.entries.iter().map(at).collect(),
+            directions: query.directions.len(),
+            lobes,
+            groups,
+            complete,
+            brdf,
+            bytes,
+        })
+    }
+
+    /// Adds `S` of one surface to that of each pair; the bytes of its lobes and amplitudes.
+    fn add_surface(&mut self, one: &OneSurface<'_>, query: &Query, values: &mut [[f64; 3]]) -> Result<usize> {
+        let tasks = query.tasks();
+        let mut bytes = size_of_val(&one.normals.lobes[..]);
+        let mut next = 0;
+        while next < tasks.len() {
+            self.control.check()?;
+            let first = tasks[next].start;
+            let end = next + tasks[next..].partition_point(|t| t.end <= first + PAIRS_AT_ONCE).max(1);
+            let pairs = first..tasks[end - 1].end;
+            let amplitudes = self.timed(Stage::Amplitudes, |_| one.members.amplitudes(query, &tasks[next..end]));
+            bytes += size_of_val(&amplitudes[..]);
+            self.timed(Stage::Integrals, |_| one.integrate(query, pairs.clone(), &amplitudes, &mut values[pairs.clone()]));
+            (self.control.progress)("sums", pairs.end as f64 / query.pairs.len() as f64);
+            next = end;
+        }
+        Ok(bytes)
+    }
+
+    /// Errors on the probes of values that a plan gave.
+    fn errors(&mut self, plan: &SphericalGaussianPlan, probes: &Probes, raw: &[RawValue]) -> Result<ApproximationErrors> {
+        let (exact, facets) = self.exact(plan, probes)?;
+        Ok(ApproximationErrors { facets, bias: probes.relative_difference(&exact, raw) })
+    }
+
+    /// Values of the probes by sums over a plan's facets one by one, and the relative RMS error that their spread tells.
+    fn exact(&mut self, plan: &SphericalGaussianPlan, probes: &Probes) -> Result<(Vec<Value>, f64)> {
+        let facets = self.facets(plan);
+        self.timed(Stage::Visibility, |run| probes.exact(run.small, &run.sampler, facets))
+    }
+
+    /// The plan for the tolerance, and its errors on the probes: facets until their error is small enough, then lobes until the bias is.
+    fn adapt(&mut self, probes: &Probes) -> Result<(SphericalGaussianPlan, Option<ApproximationErrors>)> {
+        let tolerance = self.quality.tolerance;
+        let mut plan = SphericalGaussianPlan::FIRST;
+        let (exact, facets) = loop {
+            let (exact, relative_rms) = self.exact(&plan, probes)?;
+            (self.control.progress)("settings", 0.5);
+            let factor = SAFETY * relative_rms / (FACET_SHARE * tolerance);
+            if factor <= 1.0 || plan.facets == MAX_FACETS {
+                break (exact, relative_rms);
+            }
+            plan.facets = (needed(index_u32(plan.facets), factor) as usize).clamp(2 * plan.facets, MAX_FACETS);
+        };
+        let alone = probes.alone();
+        let query = Query::new(probes.pairs(), self.small.is_reciprocal());
+        let seen = self.see(&plan, &query)?;
+        let of = |run: &mut Self, plan: &SphericalGaussianPlan| -> Result<(f64, bool)> {
+            let raw = run.values_of(plan, &query, &seen)?;
+            Ok((alone.relative_difference(&exact, &raw.pairs), raw.complete && raw.groups == raw.lobes))
+        };
+        let (mut bias, mut complete) = of(self, &plan)?;
+        let LobeCount::Fixed(mut lobes) = plan.lobes else { unreachable!("a search starts from a number") };
+        loop {
+            let enough = SAFETY * bias <= BIAS_SHARE * tolerance;
+            // Once every normal has a lobe and an amplitude, more are asked for in vain.
+            if enough || complete || lobes == MAX_LOBES && plan.groups == MAX_LOBES {
+                return Ok((plan, Some(ApproximationErrors { facets, bias })));
+            }
+            // Whatever helps more: a finer density, or a finer visibility.
+            let doubled = (2 * lobes).min(MAX_LOBES);
+            let finer = SphericalGaussianPlan { lobes: LobeCount::Fixed(doubled), ..plan };
+            let more = SphericalGaussianPlan { groups: (2 * plan.groups).min(lobes), ..plan };
+            let (of_finer, of_more) = (of(self, &finer)?, of(self, &more)?);
+            if of_more.0 < of_finer.0 && more.groups > plan.groups {
+                (plan, (bias, complete)) = (more, of_more);
+            } else {
+                (plan, (bias, complete)) = (finer, of_finer);
+                lobes = doubled;
+            }
+        }
+    }
+
+    /// The values and their summary.
+    fn result(mut self, plan: &SphericalGaussianPlan, pairs: &[Pair], raw: &RawValues, errors: ApproximationErrors) -> Effective {
+        self.notes.push(format!("relative RMS of the facets {:.1e}; of lobes {:.1e}", errors.facets, errors.bias));
+        for (surface, (count, error)) in raw.brdf.iter().enumerate().filter(|(_, (count, _))| *count > 0) {
+            let error = match plan.brdf {
+                BrdfLobes::Single => String::new(),
+                BrdfLobes::Spaced(_) => format!(", within {:.1} % of it", 100.0 * error),
+            };
+            self.notes.push(format!("surface {}: {count} spherical Gaussians make its BRDF{error}", surface + 1));
+        }
+        self.notes.push(format!(
+            "{} lobes of normals in {} groups; {:.2} MB for them and their amplitudes",
+            raw.lobes,
+            raw.groups,
+            raw.bytes as f64 / 1e6
+        ));
+        let given_up = self.sampler.given_up();
+        let mut error = errors.total();
+        if given_up > 0 {
+            // As in the direct method: their share is an error of every value.
+            error = error.hypot(given_up as f64 / (plan.facets as f64 * raw.directions as f64));
+            self.notes
+                .push(format!("{given_up} rays passed {MAX_PERIODS} periods without an answer and count as free; the errors include them"));
+        }
+        let summary = Summary {
+            method: match plan.variant {
+                Variant::Paper => "sg",
+                Variant::Improved => "sg improved",
+            },
+            plan: Some(Plan::SphericalGaussian(*plan)),
+            facets: plan.facets,
+            clusters: raw.lobes,
+            directions: raw.directions,
+            stages: STAGES.into_iter().zip(self.seconds.map(|s| 1e3 * s)).collect(),
+            relative_rms: error,
+            low_rank: Vec::new(),
+            notes: self.notes,
+        };
+        Effective { values: values_with_error(pairs, &raw.pairs, error), summary }
+    }
+}
+
+/// Lobes of one surface: of its normals, with the facets that count for them, and of its BRDF.
+struct OneSurface<'r> {
+    plan: SphericalGaussianPlan,
+    normals: NormalLobes,
+    members: LobeFacets<'r>,
+    constant: Colour,
+    brdf: Vec<BrdfLobe<'r>>,
+    /// Whether facets have colours of their own.
+    tinted: bool,
+}
+
+impl<'r> OneSurface<'r> {
+    fn new(small: &'r SmallScale, surface: usize, seen: &'r VisibleFacets, query: &Query, plan: &SphericalGaussianPlan) -> Self {
+        let material = &small.surfaces[surface];
+        let range = seen.facets.ranges[surface].clone();
+        // By least squares each lobe has its own amplitude.
+        let groups = if plan.amplitudes == AmplitudeFit::Responsibilities { plan.groups } else { usize::MAX };
+        let normals = NormalLobes::new(seen, &query.directions, range.clone(), plan.lobes, groups);
+        let (tint, tinted) = if let Tint::Uniform(tint) = material.tint { (tint, false) } else { ([1.0; 3], true) };
+        let members = LobeFacets::new(seen, range, &normals, plan.amplitudes, tinted);
+        let (constant, brdf) = brdf_lobes(&material.brdf, tint, plan.brdf);
+        Self { plan: *plan, normals, members, constant, brdf, tinted }
+    }
+
+    /// Spherical Gaussians of the BRDF.
+    fn brdf_lobes(&self) -> usize {
+        self.brdf.iter().map(|b| b.sharpness.iter().flatten().filter(|l| **l > 0.0).count()).sum()
+    }
+
+    /// The largest relative RMS error of a sum of them.
+    fn brdf_error(&self) -> f64 {
+        self.brdf.iter().map(|b| b.relative_rms).fold(0.0, f64::max)
+    }
+
+    /// Adds `S` of the pairs `range` of the query, whose amplitudes are `amplitudes`.
+    fn integrate(&self, query: &Query, range: Range<usize>, amplitudes: &[super::amplitudes::Amplitude], values: &mut [[f64; 3]]) {
+        let groups = self.normals.groups;
+        if groups == 0 {
+            return;
+        }
+        let rows = values.par_iter_mut().zip(amplitudes.par_chunks_exact(groups)).zip(&query.pairs[range]);
+        rows.for_each_init(Default::default, |scratch, ((value, amplitudes), pair)| {
+            let integral = PairIntegral {
+                normals: &self.normals.lobes,
+                amplitudes,
+                tinted: self.tinted,
+                fit: self.plan.amplitudes,
+                integral: self.plan.integral,
+                constant: self.constant,
+                brdf: &self.brdf,
+                directions: pair.map(|d| query.directions[d as usize]),
+                scratch,
+            };
+            let s = simd::run(integral);
+            (0..3).for_each(|c| value[c] += s[c]);
+        });
+    }
+}
