@@ -100,7 +100,7 @@ def machine():
     model = next((l.split(":")[1].strip() for l in open("/proc/cpuinfo") if l.startswith("model name")), platform.processor())
     rustc = subprocess.run(["rustc", "--version"], stdout=subprocess.PIPE, text=True).stdout.strip()
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=HERE, stdout=subprocess.PIPE, text=True).stdout.strip()
-    return f"{model}, {os.cpu_count()} cores; {platform.system()} {platform.release()}; {rustc}; commit {commit}"
+    return f"{model}, {os.cpu_count()} cores; {platform.system()}; {rustc}; commit {commit}"
 
 
 def report(arguments, chosen, loads, results, roots):

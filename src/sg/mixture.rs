@@ -119,7 +119,7 @@ impl Mixture {
 
     /// Lobes of clusters.
     fn start(directions: &[WeightedDirection], lobes: usize) -> Self {
-        let points: Vec<Weighted> = directions.iter().map(|d| Weighted { point: d.direction.to_array(), weight: d.weight }).collect();
+        let points: Vec<Weighted<3>> = directions.iter().map(|d| Weighted { point: d.direction.to_array(), weight: d.weight }).collect();
         let (labels, count) = k_means(&points, lobes.clamp(1, directions.len().max(1)));
         let mut moments = vec![Moments::default(); count];
         for (d, label) in directions.iter().zip(&labels) {

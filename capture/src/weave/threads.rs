@@ -105,7 +105,7 @@ fn thread_colours(scale: &Scale, cloth: &Cloth) -> ([([f64; 3], f64); 2], f64) {
         }
     }
     let lab_of = |linear: [f64; 3]| lab(linear.map(|v| (v / white).max(0.0)));
-    let points: Vec<Weighted> = tops.iter().map(|t| Weighted { point: lab_of(t.1), weight: t.2 }).collect();
+    let points: Vec<Weighted<3>> = tops.iter().map(|t| Weighted { point: lab_of(t.1), weight: t.2 }).collect();
     let clustered: Vec<usize> = k_means(&points, 2).0.into_iter().map(|label| label.unwrap_or(0)).collect();
     // Weights of each thread's tops in each cluster.
     let mut shared = [[0.0_f64; 2]; 2];

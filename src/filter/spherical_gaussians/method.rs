@@ -251,7 +251,11 @@ impl<'a> Run<'a> {
                 BrdfLobes::Single => String::new(),
                 BrdfLobes::Spaced(_) => format!(", within {:.1} % of it", 100.0 * error),
             };
-            self.notes.push(format!("surface {}: {count} spherical Gaussians make its BRDF{error}", surface + 1));
+            self.notes.push(format!(
+                "surface {}: its BRDF is a sum of {count} spherical Gaussian{}{error}",
+                surface + 1,
+                if *count == 1 { "" } else { "s" }
+            ));
         }
         self.notes.push(format!(
             "{} lobes of normals in {} groups; {:.2} MB for them and their amplitudes",
