@@ -14,7 +14,7 @@ type Case = (&'static [&'static str], &'static [&'static str]);
 const CASES: [Case; 12] = [
     (&["eval", "m.toml", "--pairs", "p.csv", "--plan", "fast"], &["--plan"]),
     (&["eval", "m.toml", "--pairs", "p.csv", "--method", "direct", "--bounces", "2"], &["--bounces"]),
-    (&["eval", "m.toml", "--pairs", "p.csv", "--method", "sg"], &["--method direct"]),
+    (&["eval", "m.toml", "--pairs", "p.csv", "--method", "sg", "--budget", "1s"], &["--method direct"]),
     (&["eval", "m.toml", "--pairs", "p.csv", "--device", "gpu"], &["--device gpu"]),
     (&["eval", "m.toml", "--pairs", "p.csv", "--method", "lowrank", "--budget", "1s"], &["--method direct"]),
     (&["bake", "m.toml", "-o", "m.txt"], &["m.txt: --output: "]),

@@ -226,19 +226,24 @@ impl<'a> Run<'a> {
         loop {
             let enough = SAFETY * bias <= BIAS_SHARE * tolerance;
             // Once every normal has a lobe and an amplitude, more are asked for in vain.
-            if enough || complete || lobes == MAX_LOBES && plan.groups == MAX_LOBES {
+            if enough || complete {
                 return Ok((plan, Some(ApproximationErrors { facets, bias })));
             }
-            // Whatever helps more: a finer density, or a finer visibility.
+            // Whatever helps more: a finer density, or a finer visibility. Each round doubles one of them, so the search ends.
             let doubled = (2 * lobes).min(MAX_LOBES);
-            let finer = SphericalGaussianPlan { lobes: LobeCount::Fixed(doubled), ..plan };
-            let more = SphericalGaussianPlan { groups: (2 * plan.groups).min(lobes), ..plan };
-            let (of_finer, of_more) = (of(self, &finer)?, of(self, &more)?);
-            if of_more.0 < of_finer.0 && more.groups > plan.groups {
-                (plan, (bias, complete)) = (more, of_more);
-            } else {
-                (plan, (bias, complete)) = (finer, of_finer);
-                lobes = doubled;
+            let finer = (doubled > lobes).then_some(SphericalGaussianPlan { lobes: LobeCount::Fixed(doubled), ..plan });
+            let groups = (2 * plan.groups).min(lobes);
+            let more = (groups > plan.groups).then_some(SphericalGaussianPlan { groups, ..plan });
+            let of_finer = finer.map(|plan| of(self, &plan)).transpose()?;
+            let of_more = more.map(|plan| of(self, &plan)).transpose()?;
+            match (finer.zip(of_finer), more.zip(of_more)) {
+                (None, None) => return Ok((plan, Some(ApproximationErrors { facets, bias }))),
+                (Some((_, finer)), Some((next, more))) if more.0 < finer.0 => (plan, (bias, complete)) = (next, more),
+                (Some((next, found)), _) => {
+                    (plan, (bias, complete)) = (next, found);
+                    lobes = doubled;
+                }
+                (None, Some((next, found))) => (plan, (bias, complete)) = (next, found),
             }
         }
     }
