@@ -1,6 +1,6 @@
 //! The optimisers, all on the unit box: an objective in, the best point out.
 //!
-//! Nelder and Mead's simplex ([`nelder_mead`](biscale::numerics::nelder_mead)) is the default; CMA-ES and BOBYQA, of the crate `basin`, are there to
+//! Nelder and Mead's simplex ([`nelder_mead`]) is the default; CMA-ES and BOBYQA, of the crate `basin`, are there to
 //! compare it with. A point that cannot be evaluated is infinitely bad.
 
 use crate::search::params::PARAMS;
