@@ -6,7 +6,7 @@
 mod support;
 
 use biscale::error::Error;
-use biscale::filter::{Control, Effective, MatrixCache, Method, Quality, Variant, effective};
+use biscale::filter::{Control, MatrixCache, Method, Quality, Variant, effective};
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 use support::truth::Truth;
@@ -23,18 +23,6 @@ fn improved(tolerance: f64) -> Quality {
     Quality { method: Method::LowRank, variant: Some(Variant::Improved), tolerance, ..Quality::default() }
 }
 
-/// Relative RMS difference from the truth.
-fn true_error(truth: &Truth, got: &Effective) -> f64 {
-    let (mut difference, mut energy) = (0.0, 0.0);
-    for (v, row) in got.values.iter().zip(&truth.expected) {
-        for c in 0..3 {
-            difference += (v.fbar[c] - row[c]).powi(2);
-            energy += row[c].powi(2);
-        }
-    }
-    f64::sqrt(difference / energy)
-}
-
 #[test]
 fn as_published_it_is_at_least_as_accurate_as_the_paper_says_and_tells_its_error() {
     for tile in TILES {
@@ -42,7 +30,7 @@ fn as_published_it_is_at_least_as_accurate_as_the_paper_says_and_tells_its_error
             let truth = Truth::load(tile, brdf);
             let got = truth.run(&plan(PAPER));
             // Table 4 of the paper: 17.36 to 22.66 dB.
-            let (psnr, error) = (truth.psnr(&got), true_error(&truth, &got));
+            let (psnr, error) = (truth.psnr(&got), truth.relative_error(&got));
             assert!(psnr >= 20.0, "{tile} {brdf}: {psnr:.1} dB");
             let told = got.summary.relative_rms;
             assert!((0.67..1.5).contains(&(told / error)), "{tile} {brdf}: told {told}, is {error}");
@@ -56,7 +44,7 @@ fn improved_it_keeps_the_tolerance_that_it_says_it_does() {
         for (brdf, least) in [("diffuse", 37.0), ("ggx_0.30", 37.0), ("ggx_0.05", 32.0)] {
             let truth = Truth::load(tile, brdf);
             let got = truth.run(&improved(0.02));
-            let (psnr, error) = (truth.psnr(&got), true_error(&truth, &got));
+            let (psnr, error) = (truth.psnr(&got), truth.relative_error(&got));
             assert!(psnr >= least, "{tile} {brdf}: {psnr:.1} dB");
             assert!(error <= 0.02, "{tile} {brdf}: {error}, {:?}", got.summary);
         }
@@ -74,7 +62,7 @@ fn the_ranks_are_those_of_the_surface() {
     // Fewer vectors, larger errors (Fig. 11).
     let truth = Truth::load("bumpy", "diffuse");
     let few = truth.run(&plan("lowrank:paper:rates=16x32:energy=0.3,0.98"));
-    assert!(few.summary.low_rank[0].n_rank < facts.n_rank && true_error(&truth, &few) > true_error(&truth, &got), "{:?}", few.summary);
+    assert!(few.summary.low_rank[0].n_rank < facts.n_rank && truth.relative_error(&few) > truth.relative_error(&got), "{:?}", few.summary);
 }
 
 #[test]

@@ -7,7 +7,7 @@ mod support;
 
 use biscale::brdf::{Brdf, Measured};
 use biscale::error::Error;
-use biscale::filter::{Control, Effective, Method, Quality, Variant, effective};
+use biscale::filter::{Control, Method, Quality, Variant, effective};
 use biscale::material::{SmallScale, Surface, Tint};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -23,25 +23,13 @@ fn to_tolerance(tolerance: f64) -> Quality {
     Quality { method: Method::SphericalGaussian, tolerance, ..Quality::default() }
 }
 
-/// Relative RMS difference from the truth.
-fn true_error(truth: &Truth, got: &Effective) -> f64 {
-    let (mut difference, mut energy) = (0.0, 0.0);
-    for (v, row) in got.values.iter().zip(&truth.expected) {
-        for c in 0..3 {
-            difference += (v.fbar[c] - row[c]).powi(2);
-            energy += row[c].powi(2);
-        }
-    }
-    f64::sqrt(difference / energy)
-}
-
 #[test]
 fn a_tolerance_is_kept_or_said_to_be_missed_and_the_error_told_is_the_error() {
     for tile in TILES {
         for brdf in ["diffuse", "ggx_0.30"] {
             let truth = Truth::load(tile, brdf);
             let got = truth.run(&to_tolerance(0.1));
-            let (error, told) = (true_error(&truth, &got), got.summary.relative_rms);
+            let (error, told) = (truth.relative_error(&got), got.summary.relative_rms);
             assert!(error < 0.1, "{tile} {brdf}: {error}, {:?}", got.summary);
             assert!(told > error / 1.5, "{tile} {brdf}: told {told}, is {error}");
         }
@@ -65,7 +53,7 @@ fn few_amplitudes_a_pair_are_enough_and_more_accurate_than_the_published_ones() 
         let improved = truth.psnr(&truth.run(&plan("sg:improved:facets=8192:lobes=128:groups=8")));
         let paper = truth.run(&plan("sg:paper"));
         assert!(improved >= least && improved >= truth.psnr(&paper) + better, "{tile} {brdf}: {improved} dB, paper {}", truth.psnr(&paper));
-        let (error, told) = (true_error(&truth, &paper), paper.summary.relative_rms);
+        let (error, told) = (truth.relative_error(&paper), paper.summary.relative_rms);
         assert!((0.67..1.5).contains(&(told / error)), "{tile} {brdf}, paper: told {told}, is {error}");
     }
 }

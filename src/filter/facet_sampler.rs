@@ -4,7 +4,7 @@ use super::control::Control;
 use crate::error::Result;
 use crate::facets::{self, Clustering, Density, Facets, Runs, Surface};
 use crate::material::SmallScale;
-use crate::numerics::cast::truncate_u32;
+use crate::numerics::cast::{index_u32, truncate_u32};
 use crate::visibility::{Bits, COSTS, Visibility};
 use glam::DVec3;
 
@@ -72,6 +72,16 @@ impl<'a> FacetSampler<'a> {
     /// Rays so far that were given up among the periods and counted as free.
     pub fn given_up(&self) -> usize {
         self.visibility.given_up()
+    }
+
+    /// The first `count` samples, a power of two.
+    pub fn low_discrepancy(&self, count: usize) -> Facets {
+        facets::sample(self.small, &self.surface, &self.density, Runs::of_block(0, index_u32(count), 0, 1), self.seed)
+    }
+
+    /// `count` facets placed at random, as Wu et al. (2011, section 3.2) do.
+    pub fn random(&self, count: usize) -> Facets {
+        facets::random(self.small, &self.surface, count, self.seed)
     }
 
     /// What facets of this surface see of `directions`.

@@ -5,14 +5,17 @@
 
 use super::estimate::{CompleteSums, Spread};
 use super::facet_sampler::{Batch, FacetSampler};
+use super::plan::MAX_FACETS;
 use super::query::Query;
 use super::subset::subset;
 use super::sums::{self, Materials};
+use super::tolerance::{SAFETY, needed};
 use super::value::Value;
 use crate::direction::{MIN_COSINE, Pair};
 use crate::error::Result;
 use crate::facets::{Facets, REPLICATES};
 use crate::material::SmallScale;
+use crate::numerics::cast::index_u32;
 use rustc_hash::FxHashMap;
 
 /// Pairs on which errors are measured: twice the 256 that `docs/numerics.md`, section 3.6, asks for.
@@ -84,6 +87,24 @@ impl Probes {
             &mut spread,
         );
         Ok((values, spread.relative_rms()))
+    }
+
+    /// As many facets, from `first` on, as bring their relative RMS error within `allowed`, or the most that there may be; with the values of the probes
+    /// and the error by `exact`, the sums over so many facets.
+    pub fn facets_within(
+        allowed: f64,
+        first: usize,
+        mut exact: impl FnMut(usize) -> Result<(Vec<Value>, f64)>,
+    ) -> Result<(usize, Vec<Value>, f64)> {
+        let mut facets = first;
+        loop {
+            let (values, relative_rms) = exact(facets)?;
+            let factor = SAFETY * relative_rms / allowed;
+            if factor <= 1.0 || facets == MAX_FACETS {
+                return Ok((facets, values, relative_rms));
+            }
+            facets = (needed(index_u32(facets), factor) as usize).clamp(2 * facets, MAX_FACETS);
+        }
     }
 
     /// Relative RMS difference between `exact` values of the probes and the `raw` ones of the whole list.

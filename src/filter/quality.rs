@@ -99,7 +99,7 @@ impl Quality {
         Ok(method)
     }
 
-    /// The variant of a method that runs: the one asked for, or `lowrank` as published and `sg` as improved, which loses to the published one nowhere.
+    /// The variant of a method that runs: the one asked for, or `lowrank` as published and `sg` as improved.
     pub fn variant_of(&self, method: Method) -> Variant {
         self.variant.unwrap_or(if method == Method::SphericalGaussian { Variant::Improved } else { Variant::Paper })
     }

@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 
 /// Largest sharpness of a lobe: that of directions that are all the same.
 pub const MAX_SHARPNESS: f64 = 1e8;
-/// Most rounds. Planted mixtures come back in 10 to 60; where lobes creep on from there the likelihood hardly grows.
+/// Most rounds, for lobes that creep on while the likelihood hardly grows. Chosen, not measured.
 const ROUNDS: usize = 100;
 /// Most looks at a direction by a lobe, of all rounds together: many lobes, which k-means has placed well, have fewer rounds.
 const LOOKS: usize = 1 << 24;

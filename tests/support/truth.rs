@@ -46,6 +46,13 @@ impl Truth {
         10.0 * (peak * peak * 3.0 * self.pairs.len() as f64 / squares).log10()
     }
 
+    /// Relative RMS difference of `fbar`.
+    pub fn relative_error(&self, got: &Effective) -> f64 {
+        let squares: f64 = self.channels(got).map(|(got, _, expected, _)| (got - expected).powi(2)).sum();
+        let energy: f64 = self.channels(got).map(|(_, _, expected, _)| expected * expected).sum();
+        (squares / energy).sqrt()
+    }
+
     /// Values within three combined standard errors, and all values.
     pub fn within(&self, got: &Effective) -> (usize, usize) {
         // Stratification makes the truth's own error too small on flat facets: see its README.

@@ -7,9 +7,9 @@ use super::by_pairs::by_pairs;
 use super::run::{LowRankRun, RawValues, Stage};
 use crate::direction::Pair;
 use crate::error::Result;
-use crate::filter::plan::{LowRankPlan, MAX_FACETS, MAX_NORMALS};
+use crate::filter::plan::{LowRankPlan, MAX_NORMALS};
 use crate::filter::probes::{ApproximationErrors, Probes, RawValue};
-use crate::filter::tolerance::{SAFETY, needed};
+use crate::filter::tolerance::SAFETY;
 use crate::filter::value::Value;
 
 /// Share of the tolerance that the facets may take when the improved variant looks for its settings. In squares this and [`BIAS_SHARE`] are less than
@@ -45,20 +45,13 @@ fn exact(run: &mut LowRankRun<'_>, plan: &LowRankPlan, probes: &Probes) -> Resul
 /// the bias is.
 pub(super) fn adapt(run: &mut LowRankRun<'_>, probes: &Probes) -> Result<LowRankPlan> {
     let tolerance = run.quality.tolerance;
-    let LowRankPlan::Improved { mut facets, mut normals, energy } = LowRankPlan::first(tolerance) else {
+    let LowRankPlan::Improved { facets, mut normals, energy } = LowRankPlan::first(tolerance) else {
         unreachable!("the first plan is improved")
     };
-    loop {
-        let plan = LowRankPlan::Improved { facets, normals, energy };
-        let (_, relative_rms) = exact(run, &plan, probes)?;
+    let (facets, ..) = Probes::facets_within(FACET_SHARE * tolerance, facets, |facets| {
         (run.control.progress)("settings", 0.5);
-        let factor = SAFETY * relative_rms / (FACET_SHARE * tolerance);
-        if factor <= 1.0 || facets == MAX_FACETS {
-            break;
-        }
-        let samples = u32::try_from(facets).expect("at most MAX_FACETS");
-        facets = (needed(samples, factor) as usize).clamp(2 * facets, MAX_FACETS);
-    }
+        exact(run, &LowRankPlan::Improved { facets, normals, energy }, probes)
+    })?;
     let alone = probes.alone();
     loop {
         let plan = LowRankPlan::Improved { facets, normals, energy };

@@ -4,7 +4,7 @@ use super::choices::{Choices, Colours, FacetPlacement};
 use super::materials::{Basis, Product};
 use super::normals::Bins;
 use crate::error::Result;
-use crate::facets::{self, Facets, Runs};
+use crate::facets::Facets;
 use crate::filter::control::Control;
 use crate::filter::facet_sampler::FacetSampler;
 use crate::filter::plan::{LowRankPlan, Variant};
@@ -77,12 +77,8 @@ impl<'a> LowRankRun<'a> {
     pub fn facets(&mut self, plan: &LowRankPlan) -> Facets {
         let began = self.now();
         let facets = match self.choices.placing {
-            FacetPlacement::Random => facets::random(self.small, &self.sampler.surface, plan.facets(), self.sampler.seed),
-            FacetPlacement::LowDiscrepancy => {
-                let count = u32::try_from(plan.facets()).expect("at most MAX_FACETS");
-                let runs = Runs::of_block(0, count, 0, 1);
-                facets::sample(self.small, &self.sampler.surface, &self.sampler.density, runs, self.sampler.seed)
-            }
+            FacetPlacement::Random => self.sampler.random(plan.facets()),
+            FacetPlacement::LowDiscrepancy => self.sampler.low_discrepancy(plan.facets()),
         };
         self.took(Stage::Facets, began);
         facets

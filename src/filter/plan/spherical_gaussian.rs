@@ -9,7 +9,7 @@ use std::str::FromStr;
 
 /// Facets that a run may have.
 const FACETS: RangeInclusive<usize> = 64..=MAX_FACETS;
-/// Most lobes of the normals of a surface. Above it the sums facet by facet of `method direct` are cheaper.
+/// Most lobes of the normals of a surface. Chosen, not measured.
 pub const MAX_LOBES: usize = 512;
 /// Most lobes that the information criterion chooses: each power of two up to it is fitted.
 pub const MAX_CHOSEN_LOBES: usize = 128;
@@ -124,14 +124,6 @@ impl SphericalGaussianPlan {
         integral: ProductIntegral::Exact,
     };
 
-    /// What a variant starts from.
-    pub fn of(variant: Variant) -> Self {
-        match variant {
-            Variant::Paper => Self::PAPER,
-            Variant::Improved => Self::FIRST,
-        }
-    }
-
     /// The error for a text that is none.
     pub(super) fn no_plan(text: &str) -> BadInput {
         Self::bad(format!("\"{text}\" is not a plan of the method sg"))
@@ -145,7 +137,8 @@ impl SphericalGaussianPlan {
 impl FromStr for SphericalGaussianPlan {
     type Err = BadInput;
 
-    /// Reads what `Display` writes. Keys may come in any order; those that are left out are as in [`SphericalGaussianPlan::of`] the variant.
+    /// Reads what `Display` writes. Keys may come in any order; those that are left out are as in [`SphericalGaussianPlan::PAPER`] or
+    /// [`SphericalGaussianPlan::FIRST`].
     fn from_str(text: &str) -> Result<Self, BadInput> {
         let mut words = text.split(':');
         let mut plan = match (words.next(), words.next()) {

@@ -11,6 +11,7 @@ use super::normals::NormalLobes;
 use crate::facets::{Facets, NO_TRIANGLE};
 use crate::filter::plan::AmplitudeFit;
 use crate::filter::query::Query;
+use crate::filter::sums::{of_task, split_by_task};
 use crate::filter::visible_facets::VisibleFacets;
 use crate::numerics::cast::{index_u32, narrow};
 use crate::numerics::linear_algebra::Cholesky;
@@ -21,7 +22,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// A facet does not count for a group that has less of it: what all left out have is below a thousandth.
+/// A facet does not count for a group that has less of it; the others share it. Chosen, not measured: errors are measured with it.
 const LEAST_SHARE: f64 = 1e-3;
 /// Share of its diagonal that is added to a Gram matrix: its elements are in f32, and lobes may nearly coincide.
 const RIDGE: f64 = 1e-6;
@@ -41,7 +42,6 @@ pub struct Amplitude {
 /// By least squares each lobe is a group.
 pub struct LobeFacets<'a> {
     seen: &'a VisibleFacets,
-    fit: AmplitudeFit,
     /// Facets, those of one lobe after those of another, filled up to whole lanes with facets of weight 0.
     members: Vec<u32>,
     /// Weight of each member over the footprint, for each channel.
@@ -50,9 +50,8 @@ pub struct LobeFacets<'a> {
     chunks: Vec<Range<usize>>,
     /// Area over the footprint of each group, by channel.
     areas: Vec<[f32; 3]>,
-    /// Gram matrix of the lobes with amplitude 1, and their integrals, for least squares.
-    gram: Vec<f64>,
-    integrals: Vec<f64>,
+    /// What least squares need.
+    least_squares: Option<LeastSquares>,
 }
 
 impl<'a> LobeFacets<'a> {
@@ -94,25 +93,14 @@ impl<'a> LobeFacets<'a> {
         let channels = if tinted { 3 } else { 1 };
         let mut of = Self {
             seen,
-            fit,
             members: Vec::new(),
             weights: vec![Vec::new(); channels],
             chunks: Vec::new(),
             areas: Vec::new(),
-            gram: Vec::new(),
-            integrals: Vec::new(),
+            least_squares: (fit != AmplitudeFit::Responsibilities && count > 0).then(|| LeastSquares::new(lobes, fit)),
         };
         for lobe in &members {
             of.push(facets, lobe);
-        }
-        if fit != AmplitudeFit::Responsibilities {
-            let pair = |k: usize| {
-                let [a, b] = [k / count, k % count].map(|j| Lobe { amplitude: 1.0, ..lobes.lobes[j].density });
-                let integral = f64::from(a.product_integral(&b));
-                if k / count == k % count { integral * (1.0 + RIDGE) } else { integral }
-            };
-            of.gram = (0..count * count).map(pair).collect();
-            of.integrals = lobes.lobes.iter().map(|l| 1.0 / f64::from(l.density.amplitude)).collect();
         }
         of
     }
@@ -147,37 +135,18 @@ impl<'a> LobeFacets<'a> {
         if lobes == 0 {
             return amplitudes;
         }
-        let solver = Solver::new(self.fit, &self.gram, lobes);
-        let mut slices = Vec::with_capacity(tasks.len());
-        let mut rest = &mut amplitudes[..];
-        for task in tasks {
-            let (slice, others) = rest.split_at_mut(lobes * task.len());
-            slices.push(slice);
-            rest = others;
-        }
-        slices.into_par_iter().zip(tasks).for_each_init(Vec::new, |views, (rows, task)| {
-            let pairs = &query.pairs[task.clone()];
-            let mut used: Vec<u32> = pairs.iter().flatten().copied().collect();
-            used.sort_unstable();
-            used.dedup();
+        split_by_task(&mut amplitudes, tasks, lobes).into_par_iter().zip(tasks).for_each_init(Vec::new, |views, (rows, task)| {
+            let (directions, pairs) = of_task(&self.seen.bits, query, task.clone());
             views.clear();
-            for &d in &used {
-                self.view(query.directions[d as usize], d as usize, views);
+            for (direction, bits) in directions {
+                self.view(direction, bits, views);
             }
-            let place = |d: u32| used.binary_search(&d).expect("collected above");
             let chunks = self.members.len() / LANES;
-            for (row, &[i, o]) in rows.chunks_exact_mut(lobes).zip(pairs) {
+            for (row, pair) in rows.chunks_exact_mut(lobes).zip(pairs) {
                 let of = |d: usize| &views[d * chunks..(d + 1) * chunks];
-                simd::run(PairSums { facets: self, views: [of(place(i)), of(place(o))], row });
-                if self.fit != AmplitudeFit::Responsibilities {
-                    for c in 0..self.weights.len() {
-                        let b: Vec<f64> = row.iter().map(|a| f64::from(a.projected[c])).collect();
-                        let solution = solver.solve(&b);
-                        for ((a, x), integral) in row.iter_mut().zip(solution).zip(&self.integrals) {
-                            a.projected[c] = narrow(x * integral);
-                            a.visible[c] = 0.0;
-                        }
-                    }
+                simd::run(PairSums { facets: self, views: [of(pair.i), of(pair.o)], row });
+                if let Some(least_squares) = &self.least_squares {
+                    least_squares.solve(row, self.weights.len());
                 }
             }
         });
@@ -185,8 +154,8 @@ impl<'a> LobeFacets<'a> {
     }
 
     /// Appends how a direction sees the members: the cosine where a facet is seen, minus it where it is faced and hidden, 0 where it is turned away.
-    fn view(&self, direction: DVec3, d: usize, views: &mut Vec<Lanes>) {
-        let (facets, bits) = (&self.seen.facets, self.seen.bits.row(d));
+    fn view(&self, direction: DVec3, bits: &[u64], views: &mut Vec<Lanes>) {
+        let facets = &self.seen.facets;
         let w = direction.as_vec3();
         for members in self.members.chunks_exact(LANES) {
             views.push(std::array::from_fn(|l| {
@@ -234,26 +203,49 @@ impl Kernel for PairSums<'_, '_> {
     }
 }
 
-/// What solves for amplitudes by least squares.
-enum Solver<'a> {
-    Free(Option<Cholesky>),
-    NonNegative(&'a [f64]),
+/// Least squares for the amplitudes of lobes.
+struct LeastSquares {
+    /// Gram matrix of the lobes with amplitude 1.
+    gram: Vec<f64>,
+    /// Its factor, where amplitudes may be negative.
+    factor: Option<Cholesky>,
+    /// Integrals of the lobes.
+    integrals: Vec<f64>,
 }
 
-impl<'a> Solver<'a> {
-    fn new(fit: AmplitudeFit, gram: &'a [f64], lobes: usize) -> Self {
-        match fit {
-            AmplitudeFit::LeastSquares => Self::Free(Cholesky::new(gram, lobes)),
-            AmplitudeFit::NonNegative | AmplitudeFit::Responsibilities => Self::NonNegative(gram),
+impl LeastSquares {
+    fn new(lobes: &NormalLobes, fit: AmplitudeFit) -> Self {
+        let peaks: Vec<Lobe> = lobes.lobes.iter().map(|l| Lobe { amplitude: 1.0, ..l.density }).collect();
+        let mut gram: Vec<f64> = peaks.iter().flat_map(|a| peaks.iter().map(|b| f64::from(a.product_integral(b)))).collect();
+        let integrals = lobes.lobes.iter().map(|l| 1.0 / f64::from(l.density.amplitude)).collect();
+        let mut ridge = RIDGE;
+        (0..peaks.len()).for_each(|k| gram[k * peaks.len() + k] *= 1.0 + ridge);
+        if fit == AmplitudeFit::NonNegative {
+            return Self { gram, factor: None, integrals };
         }
+        // Lobes that coincide as far as f32 tells need more of it; a matrix whose diagonal is large enough has a factor.
+        let factor = loop {
+            if let Some(factor) = Cholesky::new(&gram, peaks.len()) {
+                break factor;
+            }
+            ridge *= 10.0;
+            (0..peaks.len()).for_each(|k| gram[k * peaks.len() + k] *= 1.0 + ridge);
+        };
+        Self { gram, factor: Some(factor), integrals }
     }
 
-    fn solve(&self, b: &[f64]) -> Vec<f64> {
-        match self {
-            Self::Free(Some(cholesky)) => cholesky.solve(b),
-            // Lobes that coincide as far as f32 tells: nothing was solved for.
-            Self::Free(None) => vec![0.0; b.len()],
-            Self::NonNegative(gram) => non_negative_least_squares(gram, b),
+    /// Puts the visible area of each lobe in the place of the sums `b_j`.
+    fn solve(&self, row: &mut [Amplitude], channels: usize) {
+        for c in 0..channels {
+            let b: Vec<f64> = row.iter().map(|a| f64::from(a.projected[c])).collect();
+            let solution = match &self.factor {
+                Some(factor) => factor.solve(&b),
+                None => non_negative_least_squares(&self.gram, &b),
+            };
+            for ((a, x), integral) in row.iter_mut().zip(solution).zip(&self.integrals) {
+                a.projected[c] = narrow(x * integral);
+                a.visible[c] = 0.0;
+            }
         }
     }
 }

@@ -13,7 +13,7 @@ use crate::simd::{LANES, Lanes};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Intervals of the difference angle of a measured BRDF, from 0 to a right angle: 6 degrees, over which fits of measured metals and paints are linear within a few percent.
+/// Intervals of the difference angle of a measured BRDF, from 0 to a right angle: 6 degrees, linear in between. Chosen, not measured.
 const DIFFERENCE_ANGLES: usize = 15;
 /// Turns of the light about the half vector that a measured BRDF is averaged over.
 const TURNS: usize = 16;

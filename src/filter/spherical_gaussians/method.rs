@@ -7,18 +7,17 @@ use super::normals::NormalLobes;
 use crate::brdf::Colour;
 use crate::direction::Pair;
 use crate::error::{Error, Result};
-use crate::facets::{self, Facets, Runs};
+use crate::facets::Facets;
 use crate::filter::control::Control;
 use crate::filter::facet_sampler::FacetSampler;
-use crate::filter::plan::{AmplitudeFit, BrdfLobes, LobeCount, MAX_FACETS, MAX_LOBES, Plan, SphericalGaussianPlan, Variant};
+use crate::filter::plan::{AmplitudeFit, BrdfLobes, LobeCount, MAX_LOBES, Plan, SphericalGaussianPlan, Variant};
 use crate::filter::probes::{ApproximationErrors, Probes, RawValue, values_with_error};
 use crate::filter::quality::{Method, Quality};
 use crate::filter::query::{Query, QueryEntry};
-use crate::filter::tolerance::{SAFETY, keeps, needed};
+use crate::filter::tolerance::{SAFETY, keeps};
 use crate::filter::value::{Effective, Summary, Value};
 use crate::filter::visible_facets::VisibleFacets;
 use crate::material::{SmallScale, Tint};
-use crate::numerics::cast::index_u32;
 use crate::numerics::seed;
 use crate::simd;
 use crate::visibility::MAX_PERIODS;
@@ -121,11 +120,8 @@ impl<'a> Run<'a> {
     /// The facets of a plan.
     fn facets(&mut self, plan: &SphericalGaussianPlan) -> Facets {
         self.timed(Stage::Facets, |run| match plan.variant {
-            Variant::Paper => facets::random(run.small, &run.sampler.surface, plan.facets, run.sampler.seed),
-            Variant::Improved => {
-                let runs = Runs::of_block(0, index_u32(plan.facets), 0, 1);
-                facets::sample(run.small, &run.sampler.surface, &run.sampler.density, runs, run.sampler.seed)
-            }
+            Variant::Paper => run.sampler.random(plan.facets),
+            Variant::Improved => run.sampler.low_discrepancy(plan.facets),
         })
     }
 
@@ -205,15 +201,11 @@ impl<'a> Run<'a> {
     fn adapt(&mut self, probes: &Probes) -> Result<(SphericalGaussianPlan, Option<ApproximationErrors>)> {
         let tolerance = self.quality.tolerance;
         let mut plan = SphericalGaussianPlan::FIRST;
-        let (exact, facets) = loop {
-            let (exact, relative_rms) = self.exact(&plan, probes)?;
+        let (count, exact, facets) = Probes::facets_within(FACET_SHARE * tolerance, plan.facets, |facets| {
             (self.control.progress)("settings", 0.5);
-            let factor = SAFETY * relative_rms / (FACET_SHARE * tolerance);
-            if factor <= 1.0 || plan.facets == MAX_FACETS {
-                break (exact, relative_rms);
-            }
-            plan.facets = (needed(index_u32(plan.facets), factor) as usize).clamp(2 * plan.facets, MAX_FACETS);
-        };
+            self.exact(&SphericalGaussianPlan { facets, ..plan }, probes)
+        })?;
+        plan.facets = count;
         let alone = probes.alone();
         let query = Query::new(probes.pairs(), self.small.is_reciprocal());
         let seen = self.see(&plan, &query)?;

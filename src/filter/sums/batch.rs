@@ -3,7 +3,7 @@
 use super::area::visible_area;
 use super::clusters::{ClusterViews, Clustered, ClusteredLobe};
 use super::facets::FacetSums;
-use super::task::{PairSums, of_task};
+use super::task::{PairSums, of_task, split_by_task};
 use super::views::Views;
 use crate::clusters::Cluster;
 use crate::facets::{Group, REPLICATES, Surface};
@@ -65,13 +65,8 @@ impl<'a> Materials<'a> {
 }
 
 /// Adds the sums over a batch of the pairs of `tasks`, a run of [`Query::tasks`], one element a pair.
-pub fn add_pairs(batch: &Batch, query: &Query, tasks: &[Range<usize>], materials: &Materials<'_>, mut sums: &mut [PairSums]) {
-    let mut slices = Vec::with_capacity(tasks.len());
-    for task in tasks {
-        let (slice, rest) = sums.split_at_mut(task.len());
-        slices.push(slice);
-        sums = rest;
-    }
+pub fn add_pairs(batch: &Batch, query: &Query, tasks: &[Range<usize>], materials: &Materials<'_>, sums: &mut [PairSums]) {
+    let slices = split_by_task(sums, tasks, 1);
     let Batch { facets, bits, .. } = batch;
     let work = slices.into_par_iter().zip(tasks);
     let Some(clustered) = &materials.clustered else {

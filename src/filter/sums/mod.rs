@@ -15,5 +15,6 @@ pub(crate) use area::visible_area;
 pub(super) use batch::{Materials, add_areas, add_pairs, surface_lobes, undersampled};
 pub(crate) use facets::FacetSums;
 pub(super) use task::PairSums;
+pub(super) use task::{of_task, split_by_task};
 pub(crate) use views::Views;
 pub(super) use views::{BLOCK_FACETS, normals, seen_cosine};

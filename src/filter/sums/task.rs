@@ -39,3 +39,14 @@ pub fn of_task<'a>(bits: &'a Bits, query: &Query, task: Range<usize>) -> (Vec<(D
     let pairs = pairs.iter().map(pair).collect();
     (used.iter().map(|&d| (query.directions[d as usize], bits.row(d as usize))).collect(), pairs)
 }
+
+/// Cuts a row of `width` items a pair into one slice a task.
+pub fn split_by_task<'s, T>(mut rows: &'s mut [T], tasks: &[Range<usize>], width: usize) -> Vec<&'s mut [T]> {
+    let mut slices = Vec::with_capacity(tasks.len());
+    for task in tasks {
+        let (slice, rest) = rows.split_at_mut(width * task.len());
+        slices.push(slice);
+        rows = rest;
+    }
+    slices
+}
