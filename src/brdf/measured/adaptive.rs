@@ -16,6 +16,7 @@
 use super::real::{Real, cell, combine, cross, dot};
 use crate::error::{BadInput, Error, Result};
 use crate::formats::rgl::{Channels, Rgl, Tensor};
+use crate::numerics::cast::index_u32;
 use crate::numerics::stable_bytes::StableBytes;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::Path;
@@ -37,8 +38,8 @@ pub(super) struct Adaptive {
     rows: Vec<[f32; 2]>,
     /// Nodes of the measurement along its two axes.
     size: [usize; 2],
-    /// The measurement, by theta, row, column.
-    rgb: Vec<[f32; 3]>,
+    /// The measurement, by theta, row, column; the fourth number is 0.
+    rgb: Vec<[f32; 4]>,
     /// `ndf` and one row of `sigma`, if they are to be used.
     jacobian: Option<(Tensor, Vec<f32>)>,
 }
@@ -51,7 +52,7 @@ impl Adaptive {
         sizes.for_each(|n| out.whole(n as u64));
         out.list(&self.theta, single);
         [&self.warp, &self.rows].into_iter().for_each(|pairs| out.list(pairs, |out, pair| out.singles(pair)));
-        out.list(&self.rgb, |out, rgb| out.singles(rgb));
+        out.list(&self.rgb, |out, rgb| out.singles(&rgb[..3]));
         out.option(self.jacobian.as_ref(), |out, (ndf, sigma)| {
             out.list(&ndf.shape, |out, n| out.whole(*n as u64));
             out.list(&ndf.values, single);
@@ -103,7 +104,8 @@ impl Adaptive {
         let rgb = (0..t * nodes)
             .map(|k| {
                 let (slice, node) = (k / nodes, k % nodes);
-                std::array::from_fn(|c| file.values.values[(slice * 3 + c) * nodes + node])
+                let of = |c: usize| file.values.values[(slice * 3 + c) * nodes + node];
+                [of(0), of(1), of(2), 0.0]
             })
             .collect();
         Ok(Self {
@@ -117,91 +119,164 @@ impl Adaptive {
         })
     }
 
-    /// `fr (n·i)` in 1/sr for unit vectors, `i` to the light and `o` to the viewer, both above the facet.
+    /// `fr (n·i)` in 1/sr, by channel, for `N` unit normals and unit vectors `i` to the light and `o` to the viewer, both above the facets.
+    ///
+    /// Places first and values after them: arithmetic of many normals becomes vector code, reading a table does not.
     #[inline(always)]
-    pub fn lookup<F: Real>(&self, n: [F; 3], i: [F; 3], o: [F; 3]) -> [F; 3] {
-        let (zero, one, half) = (F::of(0.0), F::of(1.0), F::of(0.5));
-        let sum = combine(i, half, o, half);
-        let length = dot(sum, sum).sqrt();
-        let m = if length > zero { sum.map(|x| x / length) } else { n };
-        let (theta_m, tangent_m) = tilt(n, m);
-        let (theta_o, tangent_o) = tilt(n, o);
-        let turn = dot(n, cross(tangent_o, tangent_m)).atan2(dot(tangent_o, tangent_m));
-        let u = [unit_theta(theta_m), (turn + F::of(PI)) * F::of(1.0 / (2.0 * PI))];
-        let (slice, ft) = self.elevation(theta_o);
-        let upper = (slice + 1).min(self.theta.len() - 1);
-        let slices = [(slice, one - ft), (upper, ft)];
-        let s = self.warp_inverse(u, slices);
-
-        let (x, fx) = cell(s[0] * F::count(self.size[0] - 1), self.size[0]);
-        let (y, fy) = cell(s[1] * F::count(self.size[1] - 1), self.size[1]);
-        let mut out = [zero; 3];
-        for (slice, wt) in slices {
-            for (row, wy) in [(y, one - fy), (y + 1, fy)] {
-                let at = (slice * self.size[1] + row) * self.size[0] + x;
-                let (a, b) = (self.rgb[at], self.rgb[at + 1]);
-                let (wa, wb) = (wt * wy * (one - fx), wt * wy * fx);
-                for c in 0..3 {
-                    out[c] = out[c] + F::from(a[c]) * wa + F::from(b[c]) * wb;
+    pub fn lookup<F: Real, const N: usize>(&self, normals: &[[F; N]; 3], i: [F; 3], o: [F; 3]) -> [[F; N]; 3] {
+        let (zero, one) = (F::of(0.0), F::of(1.0));
+        let half = middle(i, o);
+        let (mut theta_o, mut u_o, mut u) = ([zero; N], [zero; N], [[zero; N]; 2]);
+        for l in 0..N {
+            let n = [normals[0][l], normals[1][l], normals[2][l]];
+            let (theta_m, tangent_m) = tilt(n, half.unwrap_or(n));
+            let (theta, tangent_o) = tilt(n, o);
+            let turn = dot(n, cross(tangent_o, tangent_m)).atan2(dot(tangent_o, tangent_m));
+            (theta_o[l], u_o[l]) = (theta, unit_theta(theta));
+            (u[0][l], u[1][l]) = (unit_theta(theta_m), (turn + F::of(PI)) * F::of(1.0 / (2.0 * PI)));
+        }
+        let slices = self.elevations(&theta_o);
+        let s = self.warp_inverse(&u, &slices);
+        let (x, y) = (cells(&s[0], self.size[0]), cells(&s[1], self.size[1]));
+        let mut out = [[zero; N]; 3];
+        for l in 0..N {
+            let ((x, fx), (y, fy)) = (x.at(l), y.at(l));
+            let mut sum = F::from_four([0.0; 4]);
+            for (slice, wt) in slices.both(l) {
+                for (row, wy) in [(y, one - fy), (y + 1, fy)] {
+                    let [a, b] = pair(&self.rgb, (slice * self.size[1] + row) * self.size[0] + x);
+                    sum = sum + F::from_four(a) * (wt * wy * (one - fx)) + F::from_four(b) * (wt * wy * fx);
+                }
+            }
+            let [r, g, b, _] = F::to_four(sum);
+            (out[0][l], out[1][l], out[2][l]) = (r, g, b);
+        }
+        if let Some((ndf, sigma)) = &self.jacobian {
+            let (density, area) = (bilinear(ndf, &u), linear(sigma, &u_o));
+            for l in 0..N {
+                let factor = density[l] / (F::of(4.0) * area[l]);
+                for channel in &mut out {
+                    channel[l] = channel[l] * factor;
                 }
             }
         }
-        let factor = match &self.jacobian {
-            None => one,
-            Some((ndf, sigma)) => {
-                let (x, fx) = cell(unit_theta(theta_o) * F::count(sigma.len() - 1), sigma.len());
-                let area = F::from(sigma[x]) * (one - fx) + F::from(sigma[x + 1]) * fx;
-                bilinear(ndf, u) / (F::of(4.0) * area)
-            }
-        };
-        out.map(|v| (v * factor).max(zero))
-    }
-
-    /// The last elevation at or below `theta`, and how far the way to the next is.
-    #[inline(always)]
-    fn elevation<F: Real>(&self, theta: F) -> (usize, F) {
-        // All of them, because a search mispredicts its branches.
-        let above = self.theta.iter().filter(|&&t| F::from(t) <= theta).count();
-        match above {
-            0 => (0, F::of(0.0)),
-            k if k == self.theta.len() => (k - 1, F::of(0.0)),
-            k => {
-                let (low, high) = (F::from(self.theta[k - 1]), F::from(self.theta[k]));
-                (k - 1, (theta - low) / (high - low))
+        for channel in &mut out {
+            for value in channel {
+                *value = value.max(zero);
             }
         }
+        out
+    }
+
+    /// The last elevation at or below each `theta`, and how far the way to the next is.
+    #[inline(always)]
+    fn elevations<F: Real, const N: usize>(&self, theta: &[F; N]) -> Slices<F, N> {
+        let (zero, one) = (F::of(0.0), F::of(1.0));
+        // All of them, because a search mispredicts its branches. The way to each node is cut to 0..=1, so that they add up to the place.
+        let mut place = [zero; N];
+        for pair in self.theta.windows(2) {
+            let (low, scale) = (F::from(pair[0]), one / (F::from(pair[1]) - F::from(pair[0])));
+            for l in 0..N {
+                place[l] = place[l] + ((theta[l] - low) * scale).max(zero).min(one);
+            }
+        }
+        let mut cells = Cells([0; N], [zero; N]);
+        for l in 0..N {
+            (cells.0[l], cells.1[l]) = cell(place[l], self.theta.len().max(2));
+        }
+        Slices(cells, self.theta.len() - 1)
     }
 
     /// Where the cumulative distribution of visible normals carries `u`: both are in the unit square.
     #[inline(always)]
-    fn warp_inverse<F: Real>(&self, u: [F; 2], slices: [(usize, F); 2]) -> [F; 2] {
+    fn warp_inverse<F: Real, const N: usize>(&self, u: &[[F; N]; 2], slices: &Slices<F, N>) -> [[F; N]; 2] {
         let (zero, one, half) = (F::of(0.0), F::of(1.0), F::of(0.5));
         let [columns, rows] = self.warp_size;
-        let (x, fx) = cell(u[0] * F::count(columns - 1), columns);
-        let (y, fy) = cell(u[1] * F::count(rows - 1), rows);
-        // Density at both ends of the cell and integral up to it, on the line through u; integrals of the two rows.
-        let (mut d0, mut d1, mut before) = (zero, zero, zero);
-        let (mut r0, mut r1, mut below) = (zero, zero, zero);
-        for (slice, wt) in slices {
-            let row = slice * rows + y;
-            for (row, w) in [(row, wt * (one - fy)), (row + 1, wt * fy)] {
-                let at = row * columns + x;
-                let (a, b) = (self.warp[at], self.warp[at + 1]);
-                d0 = d0 + F::from(a[0]) * w;
-                d1 = d1 + F::from(b[0]) * w;
-                before = before + F::from(a[1]) * w;
+        let (x, y) = (cells(&u[0], columns), cells(&u[1], rows));
+        // Density and integral up to it, at both ends of the cell, on the line through u; the same of the two rows.
+        let (mut along, mut across) = ([[zero; N]; 4], [[zero; N]; 4]);
+        for l in 0..N {
+            let ((x, _), (y, fy)) = (x.at(l), y.at(l));
+            let (mut cell_sum, mut row_sum) = (F::from_four([0.0; 4]), F::from_four([0.0; 4]));
+            for (slice, wt) in slices.both(l) {
+                let row = slice * rows + y;
+                for (row, w) in [(row, wt * (one - fy)), (row + 1, wt * fy)] {
+                    cell_sum = cell_sum + F::from_four(flat(pair(&self.warp, row * columns + x))) * w;
+                }
+                row_sum = row_sum + F::from_four(flat(pair(&self.rows, row))) * wt;
             }
-            let (a, b) = (self.rows[row], self.rows[row + 1]);
-            r0 = r0 + F::from(a[0]) * wt;
-            r1 = r1 + F::from(b[0]) * wt;
-            below = below + F::from(a[1]) * wt;
+            let (cell_sum, row_sum) = (F::to_four(cell_sum), F::to_four(row_sum));
+            for k in 0..4 {
+                (along[k][l], across[k][l]) = (cell_sum[k], row_sum[k]);
+            }
         }
-        let along = before + fx * (d0 + half * fx * (d1 - d0));
-        let whole = r0 + fy * (r1 - r0);
-        // A line of zero density has no distribution: the uniform one.
-        let s0 = if whole > zero { along / whole } else { u[0] };
-        [s0, below + fy * (r0 + half * fy * (r1 - r0))]
+        let mut s = [[zero; N]; 2];
+        for l in 0..N {
+            let (fx, fy) = (x.1[l], y.1[l]);
+            let (d0, before, d1) = (along[0][l], along[1][l], along[2][l]);
+            let (r0, below, r1) = (across[0][l], across[1][l], across[2][l]);
+            let part = before + fx * (d0 + half * fx * (d1 - d0));
+            let whole = r0 + fy * (r1 - r0);
+            // A line of zero density has no distribution: the uniform one.
+            let some = whole > zero;
+            s[0][l] = F::select(some, part / F::select(some, whole, one), u[0][l]);
+            s[1][l] = below + fy * (r0 + half * fy * (r1 - r0));
+        }
+        s
     }
+}
+
+/// Cells of a grid, and how far into them.
+#[derive(Clone, Copy)]
+struct Cells<F, const N: usize>([u32; N], [F; N]);
+
+impl<F: Real, const N: usize> Cells<F, N> {
+    #[inline(always)]
+    fn at(&self, l: usize) -> (usize, F) {
+        (self.0[l] as usize, self.1[l])
+    }
+}
+
+/// Elevations between which values lie, and the last of them.
+struct Slices<F, const N: usize>(Cells<F, N>, usize);
+
+impl<F: Real, const N: usize> Slices<F, N> {
+    /// Both elevations, with their weights; where there is one alone it is both.
+    #[inline(always)]
+    fn both(&self, l: usize) -> [(usize, F); 2] {
+        let (slice, part) = self.0.at(l);
+        [(slice, F::of(1.0) - part), ((slice + 1).min(self.1), part)]
+    }
+}
+
+/// The [`cell`] of each of `N` positions in the unit interval.
+#[inline(always)]
+fn cells<F: Real, const N: usize>(at: &[F; N], nodes: usize) -> Cells<F, N> {
+    let mut cells = Cells([0; N], [F::of(0.0); N]);
+    for l in 0..N {
+        (cells.0[l], cells.1[l]) = cell(at[l] * F::count(index_u32(nodes - 1)), nodes);
+    }
+    cells
+}
+
+/// Two neighbours of a table.
+#[inline(always)]
+fn pair<T: Copy>(values: &[T], at: usize) -> [T; 2] {
+    [values[at], values[at + 1]]
+}
+
+#[inline(always)]
+fn flat([a, b]: [[f32; 2]; 2]) -> [f32; 4] {
+    [a[0], a[1], b[0], b[1]]
+}
+
+/// Whether two directions have a middle: opposite ones do not.
+#[inline(always)]
+fn middle<F: Real>(i: [F; 3], o: [F; 3]) -> Option<[F; 3]> {
+    let half = F::of(0.5);
+    let sum = combine(i, half, o, half);
+    let length = dot(sum, sum).sqrt();
+    (length > F::of(0.0)).then(|| sum.map(|x| x / length))
 }
 
 /// Angle between unit `n` and `w`, which is above the surface, and the part of `w` that is tangent to the surface.
@@ -219,16 +294,33 @@ fn unit_theta<F: Real>(theta: F) -> F {
     (theta * F::of(1.0 / FRAC_PI_2)).max(F::of(0.0)).sqrt()
 }
 
+/// Values of a row of nodes at positions in the unit interval.
 #[inline(always)]
-fn bilinear<F: Real>(grid: &Tensor, u: [F; 2]) -> F {
+fn linear<F: Real, const N: usize>(row: &[f32], at: &[F; N]) -> [F; N] {
+    let x = cells(at, row.len());
+    let mut values = [F::of(0.0); N];
+    for l in 0..N {
+        let (x, fx) = x.at(l);
+        let [a, b] = pair(row, x);
+        values[l] = F::from(a) * (F::of(1.0) - fx) + F::from(b) * fx;
+    }
+    values
+}
+
+/// Values of a grid at positions in the unit square.
+#[inline(always)]
+fn bilinear<F: Real, const N: usize>(grid: &Tensor, u: &[[F; N]; 2]) -> [F; N] {
     let [rows, columns] = [grid.shape[0], grid.shape[1]];
-    let (x, fx) = cell(u[0] * F::count(columns - 1), columns);
-    let (y, fy) = cell(u[1] * F::count(rows - 1), rows);
-    let along = |y: usize| {
-        let at = y * columns + x;
-        F::from(grid.values[at]) * (F::of(1.0) - fx) + F::from(grid.values[at + 1]) * fx
-    };
-    along(y) * (F::of(1.0) - fy) + along(y + 1) * fy
+    let (x, y) = (cells(&u[0], columns), cells(&u[1], rows));
+    let mut values = [F::of(0.0); N];
+    for l in 0..N {
+        let ((x, fx), (y, fy)) = (x.at(l), y.at(l));
+        for (row, wy) in [(y, F::of(1.0) - fy), (y + 1, fy)] {
+            let [a, b] = pair(&grid.values, row * columns + x);
+            values[l] = values[l] + (F::from(a) * (F::of(1.0) - fx) + F::from(b) * fx) * wy;
+        }
+    }
+    values
 }
 
 /// Appends a slice of the density, normalised, with its integrals along and over the rows.

@@ -6,6 +6,7 @@
 
 use super::real::{Real, cell, combine, cross, dot};
 use crate::formats::merl::{Merl, PHI_D, THETA_D, THETA_H};
+use crate::numerics::cast::index_u32;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Below this sine of θh the azimuth of `d` is noise, and taken as 0.
@@ -65,29 +66,39 @@ impl<F: Real> Halfway<F> {
     }
 }
 
-/// `fr` in 1/sr of a MERL table: trilinear, φd periodic, clamped at the last nodes of θh and θd.
+/// `fr` in 1/sr of a MERL table for `N` unit normals, by channel: trilinear, φd periodic, clamped at the last nodes of θh and θd.
+///
+/// Angles first and values after them: arithmetic of many normals becomes vector code, reading a table does not.
 #[inline(always)]
-pub(super) fn lookup<F: Real>(table: &Merl, angles: &HalfDifference<F>) -> [F; 3] {
-    let theta_h = angles.versine_h.arc_versine();
-    // 1 - cos = sin² / (1 + cos)
-    let theta_d = (angles.sin_d * angles.sin_d / (F::of(1.0) + angles.cos_d)).arc_versine();
-    let phi_d = angles.d[1].atan2(angles.d[0]);
-    let (h, fh) = cell((theta_h * F::of(1.0 / FRAC_PI_2)).sqrt() * F::of(THETA_H as f64), THETA_H);
-    let (d, fd) = cell(theta_d * F::of(THETA_D as f64 / FRAC_PI_2), THETA_D);
-    // One node more than the table has: node 180 is node 0.
-    let (p, fp) = cell(phi_d * F::of(PHI_D as f64 / PI), PHI_D + 1);
-    let next = if p + 1 == PHI_D { 0 } else { p + 1 };
+pub(super) fn lookup<F: Real, const N: usize>(table: &Merl, pair: &Halfway<F>, normals: &[[F; N]; 3]) -> [[F; N]; 3] {
     let one = F::of(1.0);
-    let mut out = [F::of(0.0); 3];
-    for (dh, wh) in [(0, one - fh), (1, fh)] {
-        for (dd, wd) in [(0, one - fd), (1, fd)] {
-            let row = &table.rgb[((h + dh) * THETA_D + d + dd) * PHI_D..][..PHI_D];
-            let (a, b) = (row[p], row[next]);
-            let (wa, wb) = (wh * wd * (one - fp), wh * wd * fp);
-            for c in 0..3 {
-                out[c] = out[c] + F::from(a[c]) * wa + F::from(b[c]) * wb;
+    // 1 - cos = sin² / (1 + cos)
+    let theta_d = (pair.sin_d * pair.sin_d / (one + pair.cos_d)).arc_versine();
+    let (d, fd) = cell(theta_d * F::of(THETA_D as f64 / FRAC_PI_2), THETA_D);
+    let mut at = [([0; N], [one; N]); 2];
+    for l in 0..N {
+        let angles = pair.about([normals[0][l], normals[1][l], normals[2][l]]);
+        let theta_h = angles.versine_h.arc_versine();
+        let phi_d = angles.d[1].atan2(angles.d[0]);
+        (at[0].0[l], at[0].1[l]) = cell((theta_h * F::of(1.0 / FRAC_PI_2)).sqrt() * F::of(THETA_H as f64), THETA_H);
+        // One node more than the table has: node 180 is node 0.
+        (at[1].0[l], at[1].1[l]) = cell(phi_d * F::of(PHI_D as f64 / PI), PHI_D + 1);
+    }
+    let mut out = [[F::of(0.0); N]; 3];
+    for l in 0..N {
+        let [(h, fh), (p, fp)] = [(at[0].0[l], at[0].1[l]), (at[1].0[l], at[1].1[l])];
+        let next = if p + 1 == index_u32(PHI_D) { 0 } else { p + 1 };
+        let mut sum = F::from_four([0.0; 4]);
+        for (dh, wh) in [(0, one - fh), (1, fh)] {
+            for (dd, wd) in [(0, one - fd), (1, fd)] {
+                let row = &table.rgb[((h + dh) as usize * THETA_D + (d + dd) as usize) * PHI_D..][..PHI_D];
+                let ([ar, ag, ab], [br, bg, bb]) = (row[p as usize], row[next as usize]);
+                let (wa, wb) = (wh * wd * (one - fp), wh * wd * fp);
+                sum = sum + F::from_four([ar, ag, ab, 0.0]) * wa + F::from_four([br, bg, bb, 0.0]) * wb;
             }
         }
+        let [r, g, b, _] = F::to_four(sum);
+        (out[0][l], out[1][l], out[2][l]) = (r, g, b);
     }
     out
 }

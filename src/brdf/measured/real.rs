@@ -3,36 +3,45 @@
 //! A lookup is written once, generic over [`Real`]; what differs is precision and the three functions that the standard
 //! library has no fast `f32` form of. Vectors are `[F; 3]`.
 
-use crate::numerics::cast::narrow;
+use crate::numerics::cast::{index_u32, narrow};
+use glam::{DVec4, Vec4};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// `f64`, or `f32` with functions good to a few units in the last place and without calls into the mathematical library.
 pub(super) trait Real:
     Copy + PartialOrd + From<f32> + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
+    /// Four of them, which values of a table are added up in.
+    type Four: Copy + Add<Output = Self::Four> + Mul<Self, Output = Self::Four>;
     /// The constant `value`, rounded.
     fn of(value: f64) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;
     /// The number of nodes, or of a node; below 2^31.
-    fn count(value: usize) -> Self;
+    fn count(value: u32) -> Self;
     /// Angle of the point `(x, self)`, in -π..=π; 0 at the origin.
     fn atan2(self, x: Self) -> Self;
     /// The angle, in 0..=π/2, whose versine (1 - cos) is `self`: keeps the digits of small angles.
     fn arc_versine(self) -> Self;
     /// `e^x - 1` for `0 <= x <= 80`.
     fn exp_m1(self) -> Self;
-    /// The whole part of a number in `0..2^31`.
-    fn whole(self) -> usize;
+    /// The whole part of a number in `0..2^22`; of a whole number it may be the one below.
+    fn whole(self) -> u32;
     /// `yes` if so, else `no`; without a branch in `f32`, since directions make branches unpredictable.
     fn select(so: bool, yes: Self, no: Self) -> Self;
     /// The smaller one.
     fn min(self, other: Self) -> Self;
     /// The larger one; `other` if `self` is NaN.
     fn max(self, other: Self) -> Self;
+    /// Four values of a table.
+    fn from_four(values: [f32; 4]) -> Self::Four;
+    /// The four numbers.
+    fn to_four(four: Self::Four) -> [Self; 4];
 }
 
 impl Real for f64 {
+    type Four = DVec4;
+
     #[inline(always)]
     fn of(value: f64) -> Self {
         value
@@ -42,8 +51,8 @@ impl Real for f64 {
         self.sqrt()
     }
     #[inline(always)]
-    fn count(value: usize) -> Self {
-        value as Self
+    fn count(value: u32) -> Self {
+        Self::from(value)
     }
     #[inline(always)]
     fn atan2(self, x: Self) -> Self {
@@ -58,9 +67,9 @@ impl Real for f64 {
         self.exp_m1()
     }
     #[inline(always)]
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the contract says 0..2^31")]
-    fn whole(self) -> usize {
-        self as u32 as usize
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the contract says 0..2^22")]
+    fn whole(self) -> u32 {
+        self as u32
     }
     #[inline(always)]
     fn select(so: bool, yes: Self, no: Self) -> Self {
@@ -74,9 +83,19 @@ impl Real for f64 {
     fn max(self, other: Self) -> Self {
         if self > other { self } else { other }
     }
+    #[inline(always)]
+    fn from_four(values: [f32; 4]) -> Self::Four {
+        DVec4::from_array(values.map(Self::from))
+    }
+    #[inline(always)]
+    fn to_four(four: Self::Four) -> [Self; 4] {
+        four.to_array()
+    }
 }
 
 impl Real for f32 {
+    type Four = Vec4;
+
     #[inline(always)]
     fn of(value: f64) -> Self {
         narrow(value)
@@ -86,8 +105,8 @@ impl Real for f32 {
         self.sqrt()
     }
     #[inline(always)]
-    #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "the contract says below 2^31")]
-    fn count(value: usize) -> Self {
+    #[expect(clippy::cast_possible_wrap, reason = "the contract says below 2^31")]
+    fn count(value: u32) -> Self {
         value as i32 as Self // one instruction, where an unsigned number takes several
     }
 
@@ -125,9 +144,10 @@ impl Real for f32 {
     }
 
     #[inline(always)]
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the contract says 0..2^31")]
-    fn whole(self) -> usize {
-        self as i32 as usize
+    fn whole(self) -> u32 {
+        // In 2^23..2^24 the last bit counts ones, so that the addition rounds: `as u32` would look for NaN and numbers out of its range.
+        const ROUND: f32 = 12_582_912.0;
+        (self - 0.5 + ROUND).to_bits().wrapping_sub(ROUND.to_bits())
     }
     #[inline(always)]
     fn select(so: bool, yes: Self, no: Self) -> Self {
@@ -141,6 +161,14 @@ impl Real for f32 {
     #[inline(always)]
     fn max(self, other: Self) -> Self {
         if self > other { self } else { other }
+    }
+    #[inline(always)]
+    fn from_four(values: [f32; 4]) -> Self::Four {
+        Vec4::from_array(values)
+    }
+    #[inline(always)]
+    fn to_four(four: Self::Four) -> [Self; 4] {
+        four.to_array()
     }
 }
 
@@ -189,7 +217,8 @@ pub(super) fn combine<F: Real>(a: [F; 3], s: F, b: [F; 3], t: F) -> [F; 3] {
 
 /// Cell of a grid with `nodes >= 2` nodes that holds the position `at`, in node spacings, and how far into it; clamped to the grid.
 #[inline(always)]
-pub(super) fn cell<F: Real>(at: F, nodes: usize) -> (usize, F) {
+pub(super) fn cell<F: Real>(at: F, nodes: usize) -> (u32, F) {
+    let nodes = index_u32(nodes);
     let at = at.max(F::of(0.0));
     let index = at.min(F::count(nodes)).whole().min(nodes - 2);
     (index, (at - F::count(index)).min(F::of(1.0)))
@@ -231,6 +260,20 @@ mod tests {
             assert!(relative < 3e-7, "{relative:e} at {x}");
         }
         assert_eq!(Real::exp_m1(0.0_f32), 0.0);
+    }
+
+    #[test]
+    fn a_cell_and_the_way_into_it_are_the_position() {
+        for nodes in [2_usize, 3, 90, 181, 4_096] {
+            for k in 0..20_000_u32 {
+                let at = f64::from(k) / 20_000.0 * (nodes - 1) as f64;
+                for at in [narrow(at), narrow(at).round(), narrow(at).round().next_down(), narrow(at).round().next_up()] {
+                    let (index, part) = cell(at, nodes);
+                    assert!((index as usize) < nodes - 1 && (0.0..=1.0).contains(&part), "{at} of {nodes}: {index} and {part}");
+                    assert!((index as f32 + part - at.clamp(0.0, (nodes - 1) as f32)).abs() <= at * f32::EPSILON, "{at} of {nodes}");
+                }
+            }
+        }
     }
 
     #[test]

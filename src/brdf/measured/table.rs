@@ -37,8 +37,8 @@ fn above<F: Real>(n: [F; 3], i: [F; 3], o: [F; 3]) -> bool {
 
 /// `fr` from `fr cos` of a facet with cosine `cos` to the light.
 #[inline(always)]
-fn over_cosine<F: Real>(values: [F; 3], cos: F) -> [F; 3] {
-    values.map(|v| v / cos.max(F::of(MIN_FACET_COSINE)))
+fn over_cosine<F: Real>(value: F, cos: F) -> F {
+    value / cos.max(F::of(MIN_FACET_COSINE))
 }
 
 /// One look-up of [`LANES`] facets.
@@ -56,23 +56,19 @@ impl pulp::WithSimd for Lookup<'_> {
     fn with_simd<S: pulp::Simd>(self, simd: S) -> [Lanes; 3] {
         let Self { measured, normals, i, o } = self;
         let normal = |l: usize| [normals[0][l], normals[1][l], normals[2][l]];
-        let mut values = [[0.0; LANES]; 3];
-        match &*measured.table {
-            Table::Fit(network) => values = network.eval_lanes(simd, normals, i, o),
-            Table::Merl(table) => {
-                let pair = Halfway::new(i, o);
-                for l in 0..LANES {
-                    let [r, g, b] = half_angle::lookup(table, &pair.about(normal(l)));
-                    (values[0][l], values[1][l], values[2][l]) = (r, g, b);
-                }
-            }
+        let mut values = match &*measured.table {
+            Table::Fit(network) => network.eval_lanes(simd, normals, i, o),
+            Table::Merl(table) => half_angle::lookup(table, &Halfway::new(i, o), normals),
             Table::Rgl(table) => {
-                for l in 0..LANES {
-                    let [r, g, b] = over_cosine(table.lookup(normal(l), i, o), dot(normal(l), i));
-                    (values[0][l], values[1][l], values[2][l]) = (r, g, b);
+                let mut values = table.lookup(normals, i, o);
+                for value in &mut values {
+                    for l in 0..LANES {
+                        value[l] = over_cosine(value[l], dot(normal(l), i));
+                    }
                 }
+                values
             }
-        }
+        };
         let scale = f32::of(measured.scale);
         for value in &mut values {
             for l in 0..LANES {
@@ -176,8 +172,8 @@ impl Measured {
             return [0.0; 3];
         }
         let values = match &*self.table {
-            Table::Merl(table) => half_angle::lookup(table, &Halfway::new(i, o).about(n)),
-            Table::Rgl(table) => over_cosine(table.lookup(n, i, o), dot(n, i)),
+            Table::Merl(table) => half_angle::lookup(table, &Halfway::new(i, o), &n.map(|x| [x])).map(|[v]| v),
+            Table::Rgl(table) => table.lookup(&n.map(|x| [x]), i, o).map(|[v]| over_cosine(v, dot(n, i))),
             Table::Fit(network) => simd::run(Plain { network, angles: Halfway::new(i, o).about(n) }),
         };
         values.map(|v| v * self.scale)
