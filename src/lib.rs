@@ -50,7 +50,7 @@
 //! In the order of the flow; earlier ones never import later ones:
 //!
 //! ```text
-//! error, toml_reader, numerics, direction, image_file, brdf, geometry, material, formats,
+//! error, bounded_file, text_file, toml_reader, numerics, direction, image_file, brdf, geometry, material, formats,
 //! facets, visibility, transport, bvndf, sg, filter, table, render, study
 //!
 //! material file -> geometry -> facets -> visibility -> filter -> table | render | study
@@ -65,6 +65,7 @@ mod clusters;
 mod facets;
 mod simd;
 
+pub mod bounded_file;
 pub mod brdf;
 pub mod direction;
 pub mod error;
@@ -78,6 +79,7 @@ pub mod render;
 pub mod sg;
 pub mod study;
 pub mod table;
+pub mod text_file;
 pub mod toml_reader;
 pub mod transport;
 pub mod visibility;

@@ -4,6 +4,7 @@
 //! out the values of one table, checks their type and range, remembers which keys are known, and [`TableReader::finish`]
 //! refuses the rest with the nearest known key. It does not write files and does not keep comments.
 
+use crate::bounded_file::{MAX_TEXT_BYTES, read_bounded};
 use crate::error::{BadInput, Error, Result};
 use crate::numerics::cast::truncate_u32;
 use std::cell::RefCell;
@@ -23,7 +24,7 @@ pub struct Source {
 impl Source {
     /// Reads a text file. A missing file, a folder or bytes that are not UTF-8 are bad input.
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|e| Error::reading(path, e))?;
+        let bytes = read_bounded(path, MAX_TEXT_BYTES, "no file of this kind is so long: this is something else")?;
         let text = String::from_utf8(bytes).map_err(|e| {
             let good = e.utf8_error().valid_up_to();
             let line = e.as_bytes()[..good].iter().filter(|&&b| b == b'\n').count() + 1;

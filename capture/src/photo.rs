@@ -1,7 +1,8 @@
 //! Photographs as they come from files: pixels, and what the file says of the exposure.
 
 use crate::metadata::Metadata;
-use biscale::error::{BadInput, Error, Result};
+use biscale::bounded_file::{MAX_DATA_BYTES, read_bounded};
+use biscale::error::{BadInput, Result};
 use biscale::image_file::{self, MAX_PIXELS};
 use biscale::numerics::cast::{narrow, truncate_usize};
 use std::io::Cursor;
@@ -107,7 +108,7 @@ pub fn read(path: &Path) -> Result<Photo> {
             "convert it without a tone curve, as with `dcraw -4 -T -o 0 FILE` or `dcraw_emu -4 -T -o 0 FILE`, to a linear 16-bit TIFF";
         return Err(BadInput::new(problem, remedy).in_file(path).into());
     }
-    let bytes = std::fs::read(path).map_err(|e| Error::reading(path, e))?;
+    let bytes = read_bounded(path, MAX_DATA_BYTES, "no photograph is so large: this is something else")?;
     let metadata = Metadata::of(&ending, &bytes);
     if matches!(&*ending, "jpg" | "jpeg") {
         let picture = jpeg(&bytes).map_err(|bad| bad.in_file(path))?;

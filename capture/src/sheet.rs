@@ -1,6 +1,7 @@
 //! The sidecar that `biscale fold --on` writes beside a wrap sheet: where its markers and patches are.
 
 use crate::dictionary::Dictionary;
+use biscale::bounded_file::read_bounded;
 use biscale::error::{BadInput, Error, Result};
 use glam::DVec2;
 use serde::Deserialize;
@@ -158,11 +159,7 @@ impl Sheet {
     pub fn read(path: &Path) -> Result<Self> {
         let remedy = "name the .json beside a folding pattern that was made for an object";
         let bad = |problem: String| Error::from(BadInput::new(problem, remedy).in_file(path));
-        let length = std::fs::metadata(path).map_err(|e| Error::reading(path, e))?.len();
-        if length > MAX_BYTES {
-            return Err(bad(format!("the file has {length} bytes")));
-        }
-        let bytes = std::fs::read(path).map_err(|e| Error::reading(path, e))?;
+        let bytes = read_bounded(path, MAX_BYTES, remedy)?;
         let sidecar: Sidecar = serde_json::from_slice(&bytes).map_err(|e| bad(format!("this is no sidecar of a sheet: {e}")))?;
         let wrap = sidecar.wrap.ok_or_else(|| bad("this sheet was not made for an object: it has no markers".into()))?;
         let thickness = sidecar.recipe.map_or(0.0, |r| r.thickness);

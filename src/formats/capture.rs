@@ -284,7 +284,7 @@ impl Capture {
     /// ```
     pub fn read(path: &Path) -> Result<Self> {
         let file = if path.is_dir() { path.join(FILE_NAME) } else { path.to_path_buf() };
-        let bytes = super::bounded::read_bounded(&file, MAX_BYTES, "name the folder that `biscale capture` wrote")?;
+        let bytes = crate::bounded_file::read_bounded(&file, MAX_BYTES, "name the folder that `biscale capture` wrote")?;
         let bad = |problem: String| Error::from(BadInput::new(problem, "name the folder that `biscale capture` wrote").in_file(&file));
         let value: serde_json::Value = serde_json::from_slice(&bytes).map_err(|e| bad(format!("this is not JSON: {e}")))?;
         match value.get("format").and_then(serde_json::Value::as_u64) {

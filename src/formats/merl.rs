@@ -5,7 +5,7 @@
 //! green, blue) is the BRDF in 1/sr; negative values mark angles that were not measured (Matusik et al. 2003 and the reader
 //! that is published with their data).
 
-use super::bounded::read_bounded;
+use crate::bounded_file::read_bounded;
 use crate::error::{BadInput, Error, Result};
 use std::path::Path;
 

@@ -3,7 +3,6 @@
 //! A reader takes bytes that anyone may have written: it checks every count and offset against the bytes that are there before
 //! it allocates, and answers a wrong file with a [`crate::BadInput`] that names the field.
 
-mod bounded;
 pub mod capture;
 pub mod merl;
 pub mod rgl;

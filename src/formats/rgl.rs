@@ -7,7 +7,7 @@
 //!
 //! This reader loads every kind: isotropic and anisotropic, RGB and spectral. What a facet can use is decided in `brdf`.
 
-use super::bounded::read_bounded;
+use crate::bounded_file::read_bounded;
 use crate::error::{BadInput, Error, Result};
 use std::path::Path;
 

@@ -2,6 +2,7 @@
 
 use super::decode;
 use super::raster::{Raster, checked};
+use crate::bounded_file::{MAX_DATA_BYTES, read_bounded};
 use crate::error::{BadInput, Error, Result};
 use std::path::Path;
 
@@ -12,7 +13,7 @@ use std::path::Path;
 /// # Errors
 /// Bad input names the file and what is wrong with it.
 pub fn read(path: &Path) -> Result<Raster> {
-    let bytes = std::fs::read(path).map_err(|e| Error::reading(path, e))?;
+    let bytes = read_bounded(path, MAX_DATA_BYTES, "write a smaller image")?;
     parse(path, &bytes).map_err(|bad| bad.in_file(path).into())
 }
 
@@ -21,7 +22,7 @@ pub fn read(path: &Path) -> Result<Raster> {
 /// # Errors
 /// As [`read`], but for such values.
 pub fn read_with_holes(path: &Path) -> Result<Raster> {
-    let bytes = std::fs::read(path).map_err(|e| Error::reading(path, e))?;
+    let bytes = read_bounded(path, MAX_DATA_BYTES, "write a smaller image")?;
     let mut raster = by_ending(path, &bytes).map_err(|bad| Error::from(bad.in_file(path)))?;
     if raster.width == 0 || raster.height == 0 {
         return Err(BadInput::new("the image has no pixels", "use another one").in_file(path).into());
@@ -40,7 +41,7 @@ pub fn read_with_holes(path: &Path) -> Result<Raster> {
 /// # Errors
 /// As [`read`]; and a value below 0, with its pixel.
 pub fn read_radiance(path: &Path) -> Result<Raster> {
-    let bytes = std::fs::read(path).map_err(|e| Error::reading(path, e))?;
+    let bytes = read_bounded(path, MAX_DATA_BYTES, "write a smaller image")?;
     let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     let raster = match &*ending {
         "hdr" => decode::hdr(&bytes).and_then(checked),

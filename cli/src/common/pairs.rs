@@ -1,13 +1,14 @@
 //! Reading the pairs of directions that `eval` is asked for.
 //!
 //! CSV with a header: `wi_x,wi_y,wi_z,wo_x,wo_y,wo_z` in any order, other columns ignored. Strict about numbers, liberal about
-//! the rest: a byte order mark, CRLF, blank lines, spaces around values, quotes and lines that begin with `#` are all right.
+//! the rest: any encoding and line ends, blank lines, spaces around values, quotes and lines that begin with `#` are all right.
 
+use biscale::bounded_file::{MAX_DATA_BYTES, read_bounded, read_stream};
 use biscale::direction::Pair;
 use biscale::error::{BadInput, Error, Result};
+use biscale::text_file::decode;
 use csv::ByteRecord;
 use glam::DVec3;
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -16,6 +17,9 @@ pub const COLUMNS: [&str; 6] = ["wi_x", "wi_y", "wi_z", "wo_x", "wo_y", "wo_z"];
 
 /// A direction is normalised if its length is this near 1, and refused otherwise.
 pub const LENGTH_TOLERANCE: f64 = 1e-3;
+
+/// What to do with a file that is too long.
+const REMEDY: &str = "ask for fewer pairs at once";
 
 /// Longest piece of a user's file that a message repeats.
 const SHOWN: usize = 40;
@@ -38,7 +42,7 @@ pub fn load(path: &Path) -> Result<Pairs> {
     if path.as_os_str() == "-" {
         return read(std::io::stdin().lock(), Path::new("standard input"));
     }
-    read(File::open(path).map_err(|e| Error::reading(path, e))?, path)
+    parse(&read_bounded(path, MAX_DATA_BYTES, REMEDY)?, path)
 }
 
 /// Reads pairs; `name` is the file's name in messages.
@@ -46,6 +50,11 @@ pub fn load(path: &Path) -> Result<Pairs> {
 /// # Errors
 /// As [`load`].
 pub fn read(input: impl Read, name: &Path) -> Result<Pairs> {
+    parse(&read_stream(input, name, MAX_DATA_BYTES, REMEDY)?, name)
+}
+
+fn parse(bytes: &[u8], name: &Path) -> Result<Pairs> {
+    let text = decode(bytes);
     // A line end at the very end, wanted or not, makes the reader's line number that of the next line after each record.
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
@@ -53,7 +62,7 @@ pub fn read(input: impl Read, name: &Path) -> Result<Pairs> {
         .terminator(csv::Terminator::Any(b'\n'))
         .comment(Some(b'#'))
         .buffer_capacity(1 << 16)
-        .from_reader(input.chain(&b"\n"[..]));
+        .from_reader(text.as_bytes().chain(&b"\n"[..]));
     let mut record = ByteRecord::new();
     let mut header: Option<Header> = None;
     let mut out = Pairs::default();

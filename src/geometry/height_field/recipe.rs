@@ -6,6 +6,7 @@ use super::super::tile::Tile;
 use super::super::values::GeometryValues;
 use super::grid::Grid;
 use super::tmd;
+use crate::bounded_file::{MAX_DATA_BYTES, read_bounded};
 use crate::error::{BadInput, Error, Result};
 use crate::image_file;
 use crate::toml_reader::range;
@@ -111,7 +112,7 @@ impl HeightField {
         };
         let is_tmd = self.file.extension().is_some_and(|e| e.eq_ignore_ascii_case("tmd"));
         let (columns, rows, mut heights, own_pixel) = if is_tmd {
-            let bytes = std::fs::read(&self.file).map_err(|e| Error::reading(&self.file, e))?;
+            let bytes = read_bounded(&self.file, MAX_DATA_BYTES, "write fewer heights")?;
             let map = tmd::parse(&bytes).map_err(|e| e.in_file(&self.file))?;
             let pixel = DVec2::from(map.size) / DVec2::new(map.columns as f64, map.rows as f64) / self.unit_mm;
             let factor = self.height.unwrap_or(1.0) / self.unit_mm;

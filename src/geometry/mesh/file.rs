@@ -3,7 +3,8 @@
 use super::super::tile::Tile;
 use super::soup::Soup;
 use super::{obj, ply, stl};
-use crate::error::{BadInput, Error, Result};
+use crate::bounded_file::{MAX_DATA_BYTES, read_bounded};
+use crate::error::{BadInput, Result};
 use glam::{DVec2, DVec3};
 use std::path::Path;
 
@@ -27,14 +28,14 @@ pub struct PlainMesh {
 /// # Errors
 /// Bad input with the file's name and, for text, the line.
 pub fn read_plain(file: &Path) -> Result<PlainMesh> {
-    let bytes = std::fs::read(file).map_err(|e| Error::reading(file, e))?;
+    let bytes = read_bounded(file, MAX_DATA_BYTES, "simplify the mesh")?;
     let Soup { vertices, triangles, part_of_triangle, parts, notes, .. } = parse(file, &bytes).map_err(|bad| bad.in_file(file))?;
     Ok(PlainMesh { vertices, triangles, part_of_triangle, parts, notes })
 }
 
 /// Reads a mesh as a tile of this period, in the file's lengths, and scales it.
 pub(crate) fn load(file: &Path, period: DVec2, scale: f64) -> Result<Tile> {
-    let bytes = std::fs::read(file).map_err(|e| Error::reading(file, e))?;
+    let bytes = read_bounded(file, MAX_DATA_BYTES, "simplify the mesh")?;
     let soup = parse(file, &bytes).map_err(|bad| bad.in_file(file))?;
     let tile = soup.into_tile(period, scale).map_err(|bad| bad.in_file(file))?;
     Ok(tile)
@@ -43,12 +44,13 @@ pub(crate) fn load(file: &Path, period: DVec2, scale: f64) -> Result<Tile> {
 /// Reads a mesh by the ending of its file's name.
 fn parse(path: &Path, bytes: &[u8]) -> Result<Soup, BadInput> {
     let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    match &*ending {
+    let soup = match &*ending {
         "obj" => obj::parse(bytes),
         "ply" => ply::parse(bytes),
         "stl" => stl::parse(bytes),
         _ => Err(BadInput::new(format!("the ending \"{ending}\" is not known for a mesh"), "use .obj, .ply or .stl")),
-    }
+    };
+    soup.map(Soup::finish)
 }
 
 #[cfg(test)]
@@ -140,6 +142,29 @@ mod tests {
                 (vec![[0, 1, 2]], vec!["default".to_owned()], DVec2::splat(2.0)),
                 "{name}"
             );
+        }
+    }
+
+    #[test]
+    fn encodings_and_line_ends_of_texts_do_not_change_the_mesh() {
+        let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl felt\nf 1 2 3\n";
+        let marked = |text: &str| [b"\xef\xbb\xbf", text.as_bytes()].concat();
+        let wide = |text: &str| text.encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<u8>>();
+        for (name, text) in [("a.obj", obj), ("a.ply", PLY), ("a.stl", STL)] {
+            let plain = parse(Path::new(name), text.as_bytes()).unwrap();
+            let (mac, dos) = (text.replace('\n', "\r"), text.replace('\n', "\r\n"));
+            for bytes in [marked(text), marked(&mac), mac.into_bytes(), dos.into_bytes(), wide(text), wide(&format!("\u{feff}{text}"))] {
+                let soup = parse(Path::new(name), &bytes).unwrap_or_else(|bad| panic!("{name}, {bytes:?}: {bad}"));
+                assert_eq!((&soup.vertices, &soup.triangles, &soup.parts), (&plain.vertices, &plain.triangles, &plain.parts), "{name}");
+            }
+        }
+        // The header of a binary file may end its lines any way.
+        for end in ["\r", "\r\n"] {
+            let binary = binary_ply();
+            let header = binary.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
+            let text = String::from_utf8(binary[..header].to_vec()).unwrap().replace('\n', end);
+            let soup = parse(Path::new("a.ply"), &[text.as_bytes(), &binary[header..]].concat()).unwrap();
+            assert_eq!(soup.vertices[1], DVec3::X, "{end:?}");
         }
     }
 

@@ -2,12 +2,12 @@
 
 use super::soup::{NAMELESS, Soup, finite};
 use crate::error::BadInput;
+use crate::text_file::decode;
 use glam::{DVec2, DVec3};
 
 /// Parses the text of an OBJ file.
 pub(super) fn parse(bytes: &[u8]) -> Result<Soup, BadInput> {
-    // Names and comments may be in any encoding; everything that counts is ASCII.
-    let text = String::from_utf8_lossy(bytes);
+    let text = decode(bytes);
     let mut state = State::default();
     let mut joined = String::new();
     for (number, line) in (1..).zip(text.lines()) {
@@ -22,6 +22,13 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Soup, BadInput> {
     if state.ignored > 0 {
         state.soup.notes.push(format!("{} points, lines or free-form elements are not used", state.ignored));
     }
+    if state.textures_lacking > 0 {
+        let faces = state.textures_lacking;
+        state
+            .soup
+            .notes
+            .push(format!("{faces} faces name texture coordinates (vt), of which the file has none before them: they are not used"));
+    }
     Ok(state.soup)
 }
 
@@ -32,6 +39,8 @@ struct State {
     group: Option<String>,
     material: Option<String>,
     ignored: usize,
+    /// Faces that name texture coordinates where there are none.
+    textures_lacking: usize,
 }
 
 impl State {
@@ -62,14 +71,17 @@ impl State {
 
     fn face(&mut self, rest: &str) -> Result<(), BadInput> {
         let (mut corners, mut uv) = (Vec::new(), Vec::new());
+        let mut lacking = false;
         for word in rest.split_whitespace() {
             let mut indices = word.split('/');
             corners.push(index(indices.next().unwrap_or_default(), self.soup.vertices.len(), "vertex")?);
             match indices.next() {
                 Some("") | None => {}
+                Some(_) if self.textures.is_empty() => lacking = true,
                 Some(texture) => uv.push(self.textures[index(texture, self.textures.len(), "texture coordinate")? as usize]),
             }
         }
+        self.textures_lacking += usize::from(lacking);
         let name = self.material.as_deref().or(self.group.as_deref()).unwrap_or(NAMELESS).to_owned();
         let part = self.soup.part(&name)?;
         self.soup.polygon(part, &corners, (uv.len() == corners.len()).then_some(&uv))
@@ -93,7 +105,12 @@ fn numbers<const N: usize>(rest: &str) -> Result<[f64; N], BadInput> {
 
 /// An index from 1, or back from the end if negative, as one from 0.
 fn index(word: &str, count: usize, what: &str) -> Result<u32, BadInput> {
-    let bad = |problem: String| BadInput::new(problem, format!("use 1 to {count}, or -{count} to -1, as defined so far"));
+    let remedy = if count == 0 {
+        format!("none stands before this line: each {what} must stand before the faces that use it")
+    } else {
+        format!("use 1 to {count}, or -{count} to -1, as defined so far")
+    };
+    let bad = |problem: String| BadInput::new(problem, remedy.clone());
     let index: i64 = word.parse().map_err(|_| bad(format!("\"{word}\" is not the index of a {what}")))?;
     let end = i64::try_from(count).unwrap_or(i64::MAX);
     let place = if index > 0 { index - 1 } else { end.saturating_add(index) };
@@ -115,6 +132,25 @@ mod tests {
     }
 
     #[test]
+    fn faces_before_the_vertices_are_told_what_to_do() {
+        let bad = parse(b"f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n").unwrap_err();
+        assert!(bad.line == Some(1) && bad.to_string().contains("must stand before the faces"), "{bad}");
+    }
+
+    #[test]
+    fn texture_coordinates_that_do_not_exist_are_dropped_with_a_note() {
+        let soup = parse(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1/1 2/2 3/3\nf 2 4 3\n").unwrap();
+        assert_eq!((soup.triangles.len(), soup.notes.len()), (2, 1));
+        assert!(soup.notes[0].starts_with("1 faces name texture coordinates"), "{:?}", soup.notes);
+    }
+
+    #[test]
+    fn parts_whose_names_differ_in_one_letter_of_an_old_encoding_stay_two() {
+        let soup = parse(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl caf\xe9\nf 1 2 3\nusemtl caf\xe8\nf 3 2 1\n").unwrap();
+        assert_eq!(soup.parts, ["caf\u{e9}", "caf\u{e8}"]);
+    }
+
+    #[test]
     fn mistakes_are_reported_with_their_line() {
         for (text, line, part) in [
             ("v 0 0 0\nv 1 0\n", 2, "fewer than 3"),
@@ -124,7 +160,7 @@ mod tests {
             ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -4\n", 4, "no vertex -4"),
             ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", 4, "no vertex 0"),
             ("v 0 0 0\nv 1 0 0\n\nf 1 2\n", 4, "2 corners"),
-            ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1 2/1 3/1\n", 4, "no texture coordinate 1"),
+            ("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/2 3/1\n", 5, "no texture coordinate 2"),
             ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf a b c\n", 4, "\"a\""),
         ] {
             let bad = parse(text.as_bytes()).unwrap_err();

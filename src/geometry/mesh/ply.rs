@@ -1,10 +1,12 @@
 //! PLY (Stanford polygon format), text and binary of both byte orders. The one part is `default`; texture coordinates are taken
-//! from the vertices (`s t`, `u v` or `texture_u texture_v`), everything else is skipped.
+//! from the vertices (`s t`, `u v` or `texture_u texture_v`), everything else is skipped. Triangle strips (`tristrips`, with -1 between them) are taken apart.
 
 use super::soup::{NAMELESS, Soup, finite};
 use crate::error::BadInput;
 use crate::numerics::cast::truncate_u32;
+use crate::text_file::{decode, wide};
 use glam::{DVec2, DVec3};
+use std::borrow::Cow;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Encoding {
@@ -65,8 +67,9 @@ struct Face {
 
 /// Parses a PLY file.
 pub(super) fn parse(bytes: &[u8]) -> Result<Soup, BadInput> {
-    let (encoding, elements, start, lines) = header(bytes)?;
-    let mut body = Body { bytes, at: start, line: lines, encoding };
+    let bytes = as_text(bytes)?;
+    let Header { encoding, elements, start, lines } = Header::read(&bytes)?;
+    let mut body = Body { bytes: &bytes, at: start, line: lines, encoding };
     let mut soup = Soup::default();
     let mut uv: Vec<DVec2> = Vec::new();
     // Faces may stand before the vertices they use: they are joined at the end.
@@ -75,7 +78,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Soup, BadInput> {
         body.check_size(element)?;
         match &*element.name {
             "vertex" => read_vertices(&mut body, element, &mut soup, &mut uv)?,
-            "face" => read_faces(&mut body, element, &mut faces)?,
+            "face" => read_faces(&mut body, element, Lists::Polygons, &mut faces)?,
+            "tristrips" => read_faces(&mut body, element, Lists::Strips, &mut faces)?,
             _ if element.properties.is_empty() => {}
             _ => {
                 for _ in 0..element.count {
@@ -105,17 +109,40 @@ fn read_vertices(body: &mut Body<'_>, element: &Element, soup: &mut Soup, uv: &m
     Ok(())
 }
 
-fn read_faces(body: &mut Body<'_>, element: &Element, faces: &mut Vec<Face>) -> Result<(), BadInput> {
+/// What the lists of vertices of an element are.
+#[derive(Clone, Copy, PartialEq)]
+enum Lists {
+    Polygons,
+    /// Strips of triangles that share edges and turn alternately, with -1 between them.
+    Strips,
+}
+
+fn read_faces(body: &mut Body<'_>, element: &Element, lists: Lists, faces: &mut Vec<Face>) -> Result<(), BadInput> {
     let indices = element.properties.iter().position(|p| matches!(&*p.name, "vertex_indices" | "vertex_index") && p.list.is_some());
     if indices.is_none() {
         return Err(BadInput::new("the faces lack vertex_indices", "export the mesh with faces"));
     }
     for _ in 0..element.count {
         let position = body.begin_item()?;
-        let Item { corners, .. } = body.item(element, indices)?;
-        faces.push(Face { position, corners });
+        let Item { corners, .. } = body.item(element, indices.map(|k| (k, lists)))?;
+        match lists {
+            Lists::Polygons => faces.push(Face { position, corners }),
+            Lists::Strips => faces.extend(strip_triangles(&corners).map(|corners| Face { position, corners })),
+        }
     }
     Ok(())
+}
+
+/// In the place of a vertex: a new strip begins.
+const RESTART: u32 = u32::MAX;
+
+/// The triangles of strips; those that name a vertex twice only lead to the next one.
+fn strip_triangles(corners: &[u32]) -> impl Iterator<Item = Vec<u32>> {
+    let triangles = |strip: &[u32]| -> Vec<Vec<u32>> {
+        let turned = |(k, t): (usize, &[u32])| if k % 2 == 0 { vec![t[0], t[1], t[2]] } else { vec![t[1], t[0], t[2]] };
+        strip.windows(3).enumerate().map(turned).filter(|t| t[0] != t[1] && t[1] != t[2] && t[2] != t[0]).collect()
+    };
+    corners.split(|&c| c == RESTART).flat_map(triangles).collect::<Vec<_>>().into_iter()
 }
 
 /// Adds the faces to the vertices that they name, with texture coordinates if all vertices have them.
@@ -138,50 +165,81 @@ fn whole(value: f64) -> Option<u32> {
     (value >= 0.0 && value <= f64::from(u32::MAX) && value.fract() == 0.0).then_some(truncate_u32(value))
 }
 
-/// Encoding, elements, byte where the data begin, and lines of the header.
-fn header(bytes: &[u8]) -> Result<(Encoding, Vec<Element>, usize, usize), BadInput> {
-    let mut encoding = None;
-    let mut elements: Vec<Element> = Vec::new();
-    let (mut at, mut number) = (0, 0);
-    loop {
-        let Some(length) = bytes[at..].iter().position(|&b| b == b'\n') else {
-            return Err(BadInput::new("the header has no end_header", "this is not a whole PLY file").at_line(number + 1));
-        };
-        let line = String::from_utf8_lossy(&bytes[at..at + length]).into_owned();
-        at += length + 1;
-        number += 1;
-        let bad = |problem: String| BadInput::new(problem, "see the PLY format, or export it again").at_line(number);
-        let words: Vec<&str> = line.split_whitespace().collect();
-        match (number, &words[..]) {
-            (1, ["ply"]) | (2.., [] | ["comment" | "obj_info", ..]) => {}
-            (1, _) => return Err(bad("the file does not begin with \"ply\"".into())),
-            (_, ["format", format, ..]) => {
-                encoding = Some(match *format {
-                    "ascii" => Encoding::Text,
-                    "binary_little_endian" => Encoding::LittleEndian,
-                    "binary_big_endian" => Encoding::BigEndian,
-                    _ => return Err(bad(format!("the format \"{format}\" is not known"))),
-                });
-            }
-            (_, ["element", name, count]) => {
-                let count = count.parse().map_err(|_| bad(format!("\"{count}\" is not a count")))?;
-                elements.push(Element { name: (*name).into(), count, properties: Vec::new() });
-            }
-            (_, ["property", rest @ ..]) => {
-                let element = elements.last_mut().ok_or_else(|| bad("a property stands before the first element".into()))?;
-                let scalar = |word: &str| scalar(word).ok_or_else(|| bad(format!("the type \"{word}\" is not known")));
-                element.properties.push(match rest {
-                    ["list", length, value, name] => Property { name: (*name).into(), value: scalar(value)?, list: Some(scalar(length)?) },
-                    [value, name] => Property { name: (*name).into(), value: scalar(value)?, list: None },
-                    _ => return Err(bad(format!("\"{}\" is not a property", line.trim()))),
-                });
-            }
-            (_, ["end_header"]) => break,
-            _ => return Err(bad(format!("\"{}\" is not part of a header", line.trim()))),
-        }
+/// The file with its text, if that is all of it, as other readers take it: in UTF-8, with lines that end with `\n`.
+fn as_text(bytes: &[u8]) -> Result<Cow<'_, [u8]>, BadInput> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    if wide(bytes).is_none() && Header::read(bytes)?.encoding != Encoding::Text {
+        return Ok(Cow::Borrowed(bytes));
     }
-    let encoding = encoding.ok_or_else(|| BadInput::new("the header has no format", "see the PLY format"))?;
-    Ok((encoding, elements, at, number))
+    Ok(match decode(bytes) {
+        Cow::Borrowed(text) => Cow::Borrowed(text.as_bytes()),
+        Cow::Owned(text) => Cow::Owned(text.into_bytes()),
+    })
+}
+
+/// What stands before the data.
+struct Header {
+    encoding: Encoding,
+    elements: Vec<Element>,
+    /// Byte where the data begin.
+    start: usize,
+    /// Lines of the header.
+    lines: usize,
+}
+
+impl Header {
+    fn read(bytes: &[u8]) -> Result<Self, BadInput> {
+        let mut encoding = None;
+        let mut elements: Vec<Element> = Vec::new();
+        let (mut at, mut number) = (0, 0);
+        // As the first line ends, so do the others: a binary number may look like a line end.
+        let end: &[u8] = match bytes.iter().position(|b| b"\r\n".contains(b)) {
+            Some(first) if bytes[first..].starts_with(b"\r\n") => b"\r\n",
+            Some(first) => &bytes[first..=first],
+            None => b"\n",
+        };
+        loop {
+            let Some(length) = bytes[at..].windows(end.len()).position(|w| w == end) else {
+                return Err(BadInput::new("the header has no end_header", "this is not a whole PLY file").at_line(number + 1));
+            };
+            let line = decode(&bytes[at..at + length]).into_owned();
+            at += length + end.len();
+            number += 1;
+            let bad = |problem: String| BadInput::new(problem, "see the PLY format, or export it again").at_line(number);
+            let words: Vec<&str> = line.split_whitespace().collect();
+            match (number, &words[..]) {
+                (1, ["ply"]) | (2.., [] | ["comment" | "obj_info", ..]) => {}
+                (1, _) => return Err(bad("the file does not begin with \"ply\"".into())),
+                (_, ["format", format, ..]) => {
+                    encoding = Some(match *format {
+                        "ascii" => Encoding::Text,
+                        "binary_little_endian" => Encoding::LittleEndian,
+                        "binary_big_endian" => Encoding::BigEndian,
+                        _ => return Err(bad(format!("the format \"{format}\" is not known"))),
+                    });
+                }
+                (_, ["element", name, count]) => {
+                    let count = count.parse().map_err(|_| bad(format!("\"{count}\" is not a count")))?;
+                    elements.push(Element { name: (*name).into(), count, properties: Vec::new() });
+                }
+                (_, ["property", rest @ ..]) => {
+                    let element = elements.last_mut().ok_or_else(|| bad("a property stands before the first element".into()))?;
+                    let scalar = |word: &str| scalar(word).ok_or_else(|| bad(format!("the type \"{word}\" is not known")));
+                    element.properties.push(match rest {
+                        ["list", length, value, name] => {
+                            Property { name: (*name).into(), value: scalar(value)?, list: Some(scalar(length)?) }
+                        }
+                        [value, name] => Property { name: (*name).into(), value: scalar(value)?, list: None },
+                        _ => return Err(bad(format!("\"{}\" is not a property", line.trim()))),
+                    });
+                }
+                (_, ["end_header"]) => break,
+                _ => return Err(bad(format!("\"{}\" is not part of a header", line.trim()))),
+            }
+        }
+        let encoding = encoding.ok_or_else(|| BadInput::new("the header has no format", "see the PLY format"))?;
+        Ok(Self { encoding, elements, start: at, lines: number })
+    }
 }
 
 fn scalar(word: &str) -> Option<Scalar> {
@@ -256,7 +314,7 @@ impl Body<'_> {
     }
 
     /// The values of the item that begins here, whose property `indices` holds vertices.
-    fn item(&mut self, element: &Element, indices: Option<usize>) -> Result<Item, BadInput> {
+    fn item(&mut self, element: &Element, indices: Option<(usize, Lists)>) -> Result<Item, BadInput> {
         let mut item = Item { scalars: vec![f64::NAN; element.properties.len()], corners: Vec::new() };
         for (k, property) in element.properties.iter().enumerate() {
             let length = match property.list {
@@ -266,8 +324,12 @@ impl Body<'_> {
             for _ in 0..length {
                 let value = self.scalar(property.value)?;
                 item.scalars[k] = value;
-                if Some(k) == indices {
-                    item.corners.push(whole(value).ok_or_else(|| self.bad(&format!("{value} is not the index of a vertex")))?);
+                match indices {
+                    Some((place, Lists::Strips)) if place == k && value == -1.0 => item.corners.push(RESTART),
+                    Some((place, _)) if place == k => {
+                        item.corners.push(whole(value).ok_or_else(|| self.bad(&format!("{value} is not the index of a vertex")))?);
+                    }
+                    _ => {}
                 }
             }
         }
@@ -402,6 +464,19 @@ mod tests {
         let binary = square(Encoding::LittleEndian);
         let bad = parse(&binary[..binary.len() - 1]).unwrap_err();
         assert!(bad.problem.contains("at byte") && bad.problem.contains("cut short"), "{bad}");
+    }
+
+    #[test]
+    fn triangle_strips_are_taken_apart() {
+        let head = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\nelement tristrips 1\n\
+                    property list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n2 0 0\n";
+        // A square, and after the restart and a vertex that stands twice a triangle that turns as it is written.
+        let soup = parse(format!("{head}10 0 1 2 3 -1 1 4 3 3 3\n").as_bytes()).unwrap();
+        assert_eq!(soup.triangles, [[0, 1, 2], [2, 1, 3], [1, 4, 3]]);
+        let bad = parse(format!("{head}3 0 1 -2\n").as_bytes()).unwrap_err();
+        assert!(bad.problem.contains("-2 is not the index"), "{bad}");
+        let bad = parse(format!("{head}3 0 1 7\n").as_bytes()).unwrap_err();
+        assert!(bad.problem.contains("no vertex 7"), "{bad}");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::super::builder::MAX_TRIANGLES;
 use super::super::tile::Tile;
-use super::polygon;
+use super::polygon::{self, Triangles};
 use crate::error::BadInput;
 use glam::{DVec2, DVec3};
 
@@ -19,6 +19,8 @@ pub(super) struct Soup {
     /// One entry a triangle, NaN where the file gives none.
     pub uv: Vec<[DVec2; 3]>,
     pub normals_ignored: bool,
+    /// Polygons that cross themselves.
+    pub crossed: usize,
     pub notes: Vec<String>,
 }
 
@@ -35,7 +37,9 @@ impl Soup {
     /// Adds a polygon of 3 or more existing vertices, cut into triangles.
     pub fn polygon(&mut self, part: u16, corners: &[u32], uv: Option<&[DVec2]>) -> Result<(), BadInput> {
         let points: Vec<DVec3> = corners.iter().map(|&c| self.vertices[c as usize]).collect();
-        for triangle in polygon::triangulate(&points)? {
+        let Triangles { triangles, crossed } = polygon::triangulate(&points)?;
+        self.crossed += usize::from(crossed);
+        for triangle in triangles {
             self.triangles.push(triangle.map(|k| corners[k]));
             self.part_of_triangle.push(part);
             self.uv.push(triangle.map(|k| uv.map_or(DVec2::NAN, |uv| uv[k])));
@@ -44,6 +48,14 @@ impl Soup {
             return Err(BadInput::new(format!("the mesh has more than {MAX_TRIANGLES} triangles"), "simplify it"));
         }
         Ok(())
+    }
+
+    /// Adds what is known when the whole file is read to the notes.
+    pub fn finish(mut self) -> Self {
+        if self.crossed > 0 {
+            self.notes.push(format!("{} faces cross themselves: they are cut as fans about their first corners", self.crossed));
+        }
+        self
     }
 
     pub fn into_tile(mut self, period: DVec2, scale: f64) -> Result<Tile, BadInput> {

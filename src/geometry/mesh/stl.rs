@@ -2,6 +2,7 @@
 
 use super::soup::{NAMELESS, Soup, finite};
 use crate::error::BadInput;
+use crate::text_file::decode;
 use glam::DVec3;
 
 /// Bytes of the header with the count, and of one triangle.
@@ -13,8 +14,10 @@ const RECORD: usize = 50;
 pub(super) fn parse(bytes: &[u8]) -> Result<Soup, BadInput> {
     let count = bytes.get(80..HEADER).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize);
     let full = count.and_then(|n| n.checked_mul(RECORD)).and_then(|n| n.checked_add(HEADER));
-    if full != Some(bytes.len()) && bytes.trim_ascii_start().to_ascii_lowercase().starts_with(b"solid") {
-        return text(&String::from_utf8_lossy(bytes));
+    // An even number of bytes, for texts of two a character.
+    let start = decode(&bytes[..bytes.len().min(256)]);
+    if full != Some(bytes.len()) && start.trim_start().to_ascii_lowercase().starts_with("solid") {
+        return text(&decode(bytes));
     }
     match (count, full) {
         (Some(count), Some(full)) if full <= bytes.len() => binary(&bytes[HEADER..], count),

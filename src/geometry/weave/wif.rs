@@ -6,7 +6,9 @@
 //! exist is refused.
 
 use super::draft::{Draft, MAX_CROSSINGS};
-use crate::error::{BadInput, Error, Result};
+use crate::bounded_file::{MAX_TEXT_BYTES, read_bounded};
+use crate::error::{BadInput, Result};
+use crate::text_file::decode;
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
@@ -46,17 +48,17 @@ pub struct Threads {
 /// # Errors
 /// Bad input names the line where there is one.
 pub fn read(path: &Path, colours: bool) -> Result<Wif> {
-    let bytes = std::fs::read(path).map_err(|e| Error::reading(path, e))?;
+    let bytes = read_bounded(path, MAX_TEXT_BYTES, "no draft is so long: this is something else")?;
     parse(&bytes, colours).map_err(|bad| bad.in_file(path).into())
 }
 
 /// Parses the bytes of a WIF file.
 pub(super) fn parse(bytes: &[u8], colours: bool) -> Result<Wif, BadInput> {
-    let file = Sections::parse(bytes)?;
+    let mut file = Sections::parse(bytes)?;
+    let mut notes = std::mem::take(&mut file.notes);
     let weaving = file.required("weaving")?;
     let declared = weaving.count("shafts", MAX_SHAFTS)?;
     let (warp, weft) = (file.required("warp")?, file.required("weft")?);
-    let mut notes = Vec::new();
     let columns = file.required("threading")?.threads("warp", warp.count("threads", MAX_THREADS)?, &mut notes)?;
     let Some(lifts) = file.get("liftplan").or(file.get("treadling")) else {
         return Err(BadInput::new("there is neither [TREADLING] nor [LIFTPLAN]", "a draft needs one of them"));
@@ -140,6 +142,8 @@ struct Section {
 
 struct Sections {
     sections: HashMap<String, Section>,
+    /// What the user should know of the sections themselves.
+    notes: Vec<String>,
 }
 
 /// A WIF boolean.
@@ -149,7 +153,8 @@ fn truth(word: &str) -> bool {
 
 impl Sections {
     fn parse(bytes: &[u8]) -> Result<Self, BadInput> {
-        let text = String::from_utf8_lossy(bytes);
+        let text = decode(bytes);
+        let mut notes = Vec::new();
         let mut sections: HashMap<String, Section> = HashMap::new();
         let mut current: Option<String> = None;
         for (number, line) in (1..).zip(text.lines()) {
@@ -166,14 +171,23 @@ impl Sections {
                 // A key without "=" has no value: its default holds.
                 let (key, value) = line.split_once('=').unwrap_or((line, ""));
                 let value = value.split(';').next().unwrap_or_default().trim().to_owned();
-                section.entries.insert(key.trim().to_ascii_lowercase(), Entry { value, line: number });
+                let key = key.trim().to_ascii_lowercase();
+                // Some programs write "001=1".
+                let key = key.parse::<u32>().map_or(key, |number| number.to_string());
+                let twice = section.entries.insert(key.clone(), Entry { value, line: number });
+                if let Some(first) = twice.filter(|first| first.value != section.entries[&key].value) {
+                    notes.push(format!("[{}] has \"{key}\" in lines {} and {number}: the last one counts", section.name, first.line));
+                }
             }
         }
-        if sections.contains_key("wif") {
-            Ok(Self { sections })
-        } else {
-            Err(BadInput::new("there is no [WIF] section", "this is not a WIF file"))
+        // Some programs leave [WIF] away; the other two are what a draft is made of.
+        if !sections.contains_key("wif") {
+            if !["weaving", "threading"].iter().all(|name| sections.contains_key(*name)) {
+                return Err(BadInput::new("there is no [WIF] section, and no [WEAVING] with a [THREADING]", "this is not a WIF file"));
+            }
+            notes.push("the file lacks its [WIF] line".to_owned());
         }
+        Ok(Self { sections, notes })
     }
 
     fn get(&self, name: &str) -> Option<&Section> {
@@ -386,7 +400,6 @@ mod tests {
     #[test]
     fn mistakes_are_reported_with_their_line() {
         for (from, to, part) in [
-            ("[WIF]", "[DTX]", "no [WIF]"),
             ("[WEAVING]", "[KNITTING]", "no [WEAVING]"),
             ("Shafts=4", "Shafts=many", "many"),
             ("Shafts=4", "Shafts=1001", "1001"),
@@ -418,6 +431,25 @@ mod tests {
         assert_eq!(few.notes, ["the draft uses shaft 4 where the file announces 3"]);
         let short = parse(TWILL.replace("[WEFT]\nThreads=4", "[WEFT]\nThreads=3").as_bytes(), true).unwrap();
         assert_eq!((short.draft.rows, short.notes), (3, vec!["1 lines of [TREADLING] are not used: there are 3".to_owned()]));
+    }
+
+    #[test]
+    fn numbers_with_leading_zeros_and_lines_that_are_lacking_or_twice_are_as_meant() {
+        let zeros = TWILL.replace("\n1=", "\n001=").replace("\n4=", "\n0004=");
+        let wif = parse(zeros.as_bytes(), true).unwrap();
+        assert_eq!((wif.draft, wif.notes.len()), (Draft::shifted(2, 2, 1), 0));
+        assert_eq!((wif.warp.colour, wif.weft.spacing), (Some(vec![2, 2, 1, 2]), Some(vec![3.0, 6.0, 3.0, 3.0])));
+        let bare = parse(TWILL.replace("[WIF]\nVersion=1.1\n", "").as_bytes(), true).unwrap();
+        assert_eq!((bare.draft, bare.notes), (Draft::shifted(2, 2, 1), vec!["the file lacks its [WIF] line".to_owned()]));
+        let twice = parse(TWILL.replace("[TIEUP]\n", "[TIEUP]\n01=3\n").as_bytes(), true).unwrap();
+        assert!(twice.notes[0].contains("has \"1\" in lines 34 and 35"), "{:?}", twice.notes);
+        for form in [TWILL.replace('\n', "\r").into_bytes(), format!("\u{feff}{}", &TWILL[6..]).into_bytes()] {
+            assert_eq!(parse(&form, true).unwrap().draft, Draft::shifted(2, 2, 1));
+        }
+        for text in ["", "[WEAVING]\nShafts=2\n", "[THREADING]\n1=1\n"] {
+            let Err(bad) = parse(text.as_bytes(), true) else { panic!("{text:?} was accepted") };
+            assert!(bad.problem.contains("no [WIF] section"), "{bad}");
+        }
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use crate::common::options::CommonArgs;
 use crate::common::output;
+use biscale::bounded_file::{MAX_DATA_BYTES, read_bounded};
 use biscale::error::{BadInput, Error, Result};
 use biscale::geometry::weave::Weave;
 use biscale_fabricate::design::{FoldRecipe, Source};
@@ -58,7 +59,7 @@ fn strips(seen: &ReadPattern, weave: &Weave, scale: f64, recipe: &FoldRecipe, ma
 fn read(file: &Path) -> Result<(ReadPattern, Vec<PathBuf>)> {
     let ending = file.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     let text = |path: &Path| -> Result<String> {
-        let bytes = std::fs::read(path).map_err(|e| Error::reading(path, e))?;
+        let bytes = read_bounded(path, MAX_DATA_BYTES, "name an SVG or FOLD file")?;
         String::from_utf8(bytes).map_err(|_| BadInput::new("this is no text", "name an SVG or FOLD file").in_file(path).into())
     };
     let placed = |bad: BadInput| Error::from(bad.in_file(file));
