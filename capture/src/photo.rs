@@ -176,6 +176,7 @@ fn jpeg(bytes: &[u8]) -> Result<PlanarImage, BadInput> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use biscale::error::Error;
 
     #[test]
     fn interpolation_gives_pixels_back_and_lines_between_them() {
