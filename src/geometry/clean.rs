@@ -18,7 +18,12 @@ impl Tile {
     /// # Errors
     /// A vertex that is not finite, a corner that does not exist, a period that is not positive, and a tile without triangles.
     /// The caller adds the file.
-    pub fn clean(mut self) -> Result<Self, BadInput> {
+    pub fn clean(self) -> Result<Self, BadInput> {
+        self.clean_of().map(|(tile, _)| tile)
+    }
+
+    /// [`Self::clean`], and for each triangle that is left the place that it had before.
+    pub(crate) fn clean_of(mut self) -> Result<(Self, Vec<usize>), BadInput> {
         if !(self.period.is_finite() && self.period.x > 0.0 && self.period.y > 0.0) {
             return Err(BadInput::new(format!("the period is {} x {}", self.period.x, self.period.y), "both must be positive"));
         }
@@ -31,12 +36,12 @@ impl Tile {
             return Err(BadInput::new("a triangle has a corner that does not exist", "write the mesh again"));
         }
         self.merge_vertices();
-        self.drop_bad_triangles();
+        let kept = self.drop_bad_triangles();
         if self.triangles.is_empty() {
             return Err(BadInput::new("no triangle with an area is left", "give a surface with at least one"));
         }
         self.drop_unused_vertices();
-        Ok(self)
+        Ok((self, kept))
     }
 
     /// Lets every triangle use the first of the vertices at one place.
@@ -90,7 +95,8 @@ impl Tile {
         repeated
     }
 
-    fn drop_bad_triangles(&mut self) {
+    /// Returns the places of those that are kept.
+    fn drop_bad_triangles(&mut self) -> Vec<usize> {
         let repeated = self.repeated();
         let (mut flat, mut double) = (0_usize, 0_usize);
         let keep: Vec<bool> = (0..self.triangles.len())
@@ -102,7 +108,7 @@ impl Tile {
             })
             .collect();
         if flat == 0 && double == 0 {
-            return;
+            return (0..keep.len()).collect();
         }
         retain(&mut self.triangles, &keep);
         retain(&mut self.part_of_triangle, &keep);
@@ -112,6 +118,7 @@ impl Tile {
         let counts = [(flat, "without area"), (double, "that repeat another one")];
         let said: Vec<String> = counts.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")).collect();
         self.notes.push(format!("dropped triangles: {}", said.join(", ")));
+        (0..keep.len()).filter(|&t| keep[t]).collect()
     }
 
     fn drop_unused_vertices(&mut self) {

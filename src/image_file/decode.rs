@@ -20,18 +20,23 @@ pub(super) fn hdr(bytes: &[u8]) -> Result<Raster, BadInput> {
     let (width, height) = with().into_dimensions().map_err(|e| unreadable("Radiance", e))?;
     check_size(width.into(), height.into())?;
     let decoded = with().decode().map_err(|e| unreadable("Radiance", e))?.into_rgb32f();
-    Ok(Raster { width: width as usize, height: height as usize, channels: deinterleave(decoded.as_raw(), 3, |v| v), integer: false })
+    let (channels, alpha) = deinterleave(decoded.as_raw(), 3, |v| v);
+    Ok(Raster { width: width as usize, height: height as usize, channels, alpha, integer: false })
 }
 
 fn unreadable(kind: &str, why: impl std::fmt::Display) -> BadInput {
     BadInput::new(format!("not a readable {kind} image: {why}"), "write the image again")
 }
 
-/// Splits interleaved samples of a kind into channels of floats; of two or four the last is alpha.
-fn deinterleave<T: Copy + Sync>(samples: &[T], stride: usize, value: impl Fn(T) -> f32 + Sync) -> Vec<Vec<f32>> {
-    let kept = if stride >= 3 { 3 } else { 1 };
-    (0..kept).map(|c| samples.par_chunks_exact(stride).map(|pixel| value(pixel[c])).collect()).collect()
+/// Splits interleaved samples of a kind into channels of floats and alpha, the last of two or four.
+fn deinterleave<T: Copy + Sync>(samples: &[T], stride: usize, value: impl Fn(T) -> f32 + Sync) -> Channels {
+    let channel = |c: usize| samples.par_chunks_exact(stride).map(|pixel| value(pixel[c])).collect();
+    let alpha = matches!(stride, 2 | 4).then(|| channel(stride - 1));
+    ((0..if stride >= 3 { 3 } else { 1 }).map(channel).collect(), alpha)
 }
+
+/// One or three channels, and alpha.
+type Channels = (Vec<Vec<f32>>, Option<Vec<f32>>);
 
 /// Whole numbers of 8 and of 16 bits, of 1.
 fn byte(v: u8) -> f32 {
@@ -55,7 +60,7 @@ pub(super) fn png(bytes: &[u8]) -> Result<Raster, BadInput> {
     let stride = usize::from(decoded.color().channel_count());
     let bytes8 = |raw: &[u8]| deinterleave(raw, stride, byte);
     let words = |raw: &[u16]| deinterleave(raw, stride, word);
-    let channels = match &decoded {
+    let (channels, alpha) = match &decoded {
         Image::ImageLuma8(i) => bytes8(i),
         Image::ImageLumaA8(i) => bytes8(i),
         Image::ImageRgb8(i) => bytes8(i),
@@ -66,7 +71,7 @@ pub(super) fn png(bytes: &[u8]) -> Result<Raster, BadInput> {
         Image::ImageRgba16(i) => words(i),
         _ => return Err(unreadable("PNG", "its pixels are of a kind that PNG has not")),
     };
-    Ok(Raster { width: width as usize, height: height as usize, channels, integer: true })
+    Ok(Raster { width: width as usize, height: height as usize, channels, alpha, integer: true })
 }
 
 pub(super) fn tiff(bytes: &[u8]) -> Result<Raster, BadInput> {
@@ -86,7 +91,7 @@ pub(super) fn tiff(bytes: &[u8]) -> Result<Raster, BadInput> {
         other => return Err(BadInput::new(format!("the TIFF has pixels of type {other:?}"), "write it as grey or RGB")),
     };
     let samples = width as usize * height as usize * stride;
-    let (channels, integer) = match decoder.read_image().map_err(|e| unreadable("TIFF", e))? {
+    let ((channels, alpha), integer) = match decoder.read_image().map_err(|e| unreadable("TIFF", e))? {
         // One-bit and four-bit images come packed.
         DecodingResult::U8(raw) if raw.len() == samples => (deinterleave(&raw, stride, byte), true),
         DecodingResult::U16(raw) => (deinterleave(&raw, stride, word), true),
@@ -99,7 +104,7 @@ pub(super) fn tiff(bytes: &[u8]) -> Result<Raster, BadInput> {
     if channels.iter().any(|c| c.len() * stride != samples) {
         return Err(BadInput::new("the TIFF stores its channels one after the other", "write it with interleaved channels"));
     }
-    Ok(Raster { width: width as usize, height: height as usize, channels, integer })
+    Ok(Raster { width: width as usize, height: height as usize, channels, alpha, integer })
 }
 
 pub(super) fn exr(bytes: &[u8]) -> Result<Raster, BadInput> {
@@ -137,10 +142,12 @@ pub(super) fn exr(bytes: &[u8]) -> Result<Raster, BadInput> {
             }
         },
     };
-    let channels: Vec<Vec<f32>> = chosen.iter().map(|c| c.sample_data.values_as_f32().collect()).collect();
+    let values = |c: &exr::prelude::AnyChannel<exr::prelude::FlatSamples>| c.sample_data.values_as_f32().collect();
+    let channels: Vec<Vec<f32>> = chosen.into_iter().map(values).collect();
+    let alpha: Option<Vec<f32>> = named("A").map(values);
     let (width, height) = (layer.size.width(), layer.size.height());
-    if channels.iter().any(|c| c.len() != width * height) {
+    if channels.iter().chain(&alpha).any(|c| c.len() != width * height) {
         return Err(unreadable("EXR", "a channel is subsampled"));
     }
-    Ok(Raster { width, height, channels, integer: false })
+    Ok(Raster { width, height, channels, alpha, integer: false })
 }

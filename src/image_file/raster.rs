@@ -14,6 +14,8 @@ pub struct Raster {
     pub height: usize,
     /// One channel, or red, green and blue; each `height` rows of `width` samples.
     pub channels: Vec<Vec<f32>>,
+    /// The alpha channel, where the file has one.
+    pub alpha: Option<Vec<f32>>,
     /// Whether the file holds whole numbers; they are scaled so that the largest possible one is 1.
     pub integer: bool,
 }
@@ -32,7 +34,7 @@ pub(super) fn checked(raster: Raster) -> Result<Raster, BadInput> {
         return Err(BadInput::new("the image has no pixels", "use another one"));
     }
     if !raster.integer
-        && let Some(place) = raster.channels.iter().flatten().position(|v| !v.is_finite())
+        && let Some(place) = raster.channels.iter().chain(&raster.alpha).flatten().position(|v| !v.is_finite())
     {
         let pixel = place % (raster.width * raster.height);
         let problem = format!("the pixel in column {}, row {} is not a finite number", pixel % raster.width, pixel / raster.width);

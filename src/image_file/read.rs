@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// Reads an image by the ending of its name: `.png`, `.tif`, `.tiff` or `.exr`.
 ///
-/// An alpha channel is left out. TIFF: 8, 16 bits or floats, grey or RGB. EXR: the channels R, G, B, else the only one, else Z or Y.
+/// TIFF: 8, 16 bits or floats, grey or RGB. EXR: the channels R, G, B, else the only one, else Z or Y.
 ///
 /// # Errors
 /// Bad input names the file and what is wrong with it.

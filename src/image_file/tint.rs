@@ -33,7 +33,7 @@ impl TintImage {
 /// # Errors
 /// As [`read`]; and a value outside 0..1, with its pixel.
 pub fn read_tint(path: &Path) -> Result<TintImage> {
-    let Raster { width, height, channels, integer } = read(path)?;
+    let Raster { width, height, channels, integer, .. } = read(path)?;
     let mut pixels = Vec::with_capacity(width * height);
     // Row 0 of a tint lies at v = 0, which is the bottom of the image.
     for row in (0..height).rev() {

@@ -125,7 +125,7 @@ mod tests {
                 }
             }
         }
-        Environment::new(Raster { width, height, channels, integer: false }, 0.0, 1.0)
+        Environment::new(Raster { width, height, channels, alpha: None, integer: false }, 0.0, 1.0)
     }
 
     #[test]

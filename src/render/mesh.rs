@@ -48,11 +48,16 @@ pub struct LargeMesh {
     pub part_of_triangle: Vec<u16>,
     /// What the user should know.
     pub notes: Vec<String>,
+    /// From the world to the file's lengths.
+    pub(super) to_file: DAffine3,
+    /// Texture coordinates of the corners of each triangle.
+    pub(super) uv: Option<Vec<[DVec2; 3]>>,
+    /// Linear colours of the corners of each triangle.
+    pub(super) colours: Option<Vec<[DVec3; 3]>>,
     vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     /// Smooth normals of the three corners.
     normals: Vec<[DVec3; 3]>,
-    uv: Option<Vec<[DVec2; 3]>>,
     tangents: Tangents,
     bvh: CwBvh,
     /// Normalised = (world - low) * scale, in the unit cube.
@@ -78,7 +83,7 @@ impl LargeMesh {
     /// # Errors
     /// Those of the reader; texture coordinates that are asked for and are not there.
     pub fn load(file: &Path, placement: &Placement) -> Result<Self> {
-        let tile = mesh::load(file, DVec2::ONE, 1.0)?;
+        let (tile, colours) = mesh::load_coloured(file)?;
         let notes = tile.notes.iter().filter(|n| !n.contains("own normals")).cloned().collect();
         let vertices: Vec<DVec3> = tile.vertices.iter().map(|v| placement.transform.transform_point3(*v)).collect();
         let tangents = match (placement.tangents, &tile.uv) {
@@ -118,10 +123,12 @@ impl LargeMesh {
             parts: tile.parts,
             part_of_triangle: tile.part_of_triangle,
             notes,
+            to_file: placement.transform.inverse(),
+            uv: tile.uv,
+            colours,
             vertices,
             triangles: tile.triangles,
             normals,
-            uv: tile.uv,
             tangents,
             bvh,
             low,
@@ -146,7 +153,8 @@ impl LargeMesh {
         self.triangles.is_empty()
     }
 
-    fn corners(&self, triangle: u32) -> [DVec3; 3] {
+    /// The corners of a triangle.
+    pub(super) fn corners(&self, triangle: u32) -> [DVec3; 3] {
         self.triangles[triangle as usize].map(|v| self.vertices[v as usize])
     }
 
@@ -249,6 +257,13 @@ impl LargeMesh {
         // Where no direction is left (on the axis, in a triangle without texture) it is any, but the same one.
         let x = (x - x.dot(normal) * normal).try_normalize().unwrap_or_else(|| any_across(normal));
         DMat3::from_cols(x, normal.cross(x), normal)
+    }
+
+    /// The colour at a hit; `None` where the mesh has none.
+    pub fn colour(&self, hit: &Hit) -> Option<DVec3> {
+        let [a, b, c] = self.colours.as_ref()?[hit.primitive as usize];
+        let [u, v] = hit.barycentric;
+        Some((1.0 - u - v) * a + u * b + v * c)
     }
 
     /// Where shadow rays leave from a hit: on the smooth surface, or on the triangle where that bends inward (Hanika 2021).

@@ -2,19 +2,28 @@
 //!
 //! ```text
 //! scene file -> scene -> world -> gather -> query -> shade -> picture
-//!            (mesh, shapes, environment, opacity)
+//!            (mesh, shapes, environment, opacity, layers, normal_map)
 //! ```
 //!
 //! `L = fbar E av/cos_o + (1 - c) background`: `E` is the irradiance on a plane that faces the light, `c` the share of rays from
 //! the viewer that hit anything (`docs/formats.md`). For a surface without gaps that is `fbar E`. Light is direct light at the large
 //! scale; objects shadow each other.
 //!
+//! An object may be covered by several materials (`layers`): each place has a list of them with weights that sum to 1, from masks that are
+//! filtered to the footprint of a sample (`mapping`, `texture`). `gather` makes one point of each, so that what follows knows points of one
+//! material only: `query` and `shade` see a place with three layers as three points of one pixel, and sum their radiance.
+//!
 //! The effective BRDF is computed only for the cells of directions that the picture's pixels and lights touch (`query_table`).
 
 mod compare;
 mod environment;
 mod gather;
+#[cfg(test)]
+mod layer_tests;
+mod layers;
+mod mapping;
 mod mesh;
+mod normal_map;
 mod opacity;
 mod picture;
 mod query_plan;
@@ -25,12 +34,16 @@ mod shade;
 mod shapes;
 #[cfg(test)]
 mod tests;
+mod texture;
 mod world;
 
 pub use compare::{Difference, colour_code, difference};
 pub use environment::Environment;
 pub use gather::{Lit, Point, View, gather_all, lights};
+pub use layers::{Blend, Cover, Covering, Layer, Mask, Tint};
+pub use mapping::{Chart, Footprint, Projection};
 pub use mesh::{LargeMesh, Placement, Tangents};
+pub use normal_map::NormalMap;
 pub use opacity::Opacity;
 pub use picture::{Picture, SOFTWARE};
 pub use query_plan::{PROBES, QueryPlan};
@@ -39,4 +52,5 @@ pub use renderer::{MaterialReport, Rendered, render};
 pub use scene::{Camera, Light, Object, SCENE_TEMPLATE, Scene, SceneMaterial, Shape, Surroundings};
 pub use shade::{Frame, colours, touched};
 pub use shapes::{Cylinder, Plane, Sphere, any_across};
+pub use texture::{Texture, Wrap};
 pub use world::{SurfacePoint, World};

@@ -29,8 +29,8 @@ struct Spot {
     material: u32,
     end: u32,
     weights: [f32; 3],
-    /// Share of the pixel over `cos(theta_o)`.
-    factor: f32,
+    /// Share of the pixel, tinted, over `cos(theta_o)`.
+    factor: [f32; 3],
 }
 
 /// Some rows of a picture with their places in the tables of their materials.
@@ -111,7 +111,7 @@ impl Frame {
                             guides.push(table.guide_place(lit.wi, point.wo));
                         }
                     }
-                    let factor = point.weight / point.wo.z.max(narrow(MIN_COSINE));
+                    let factor = point.tint.map(|tint| tint * (point.weight / point.wo.z.max(narrow(MIN_COSINE))));
                     let (pixel, material, end) = (point.pixel, point.material, point.end);
                     spots.push(Spot { pixel, material, end, weights: viewer.weights, factor });
                 }
@@ -154,7 +154,7 @@ impl Frame {
                 start = end;
                 let pixel = &mut pixels[spot.pixel as usize - offset];
                 for c in 0..3 {
-                    pixel[c] += sum[c] * spot.factor;
+                    pixel[c] += sum[c] * spot.factor[c];
                 }
             }
         });

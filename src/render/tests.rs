@@ -10,12 +10,12 @@ use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 
 /// A folder with materials, in which scenes can be written.
-struct Stage(tempfile::TempDir);
+pub(super) struct Stage(pub tempfile::TempDir);
 
 const PLANE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n";
 
 impl Stage {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         let stage = Self(tempfile::tempdir().unwrap());
         stage.write("plane.obj", PLANE);
         stage.mesh("flat", "plane.obj", "{ model = \"lambert\", albedo = [0.5, 0.25, 1.0] }");
@@ -24,20 +24,20 @@ impl Stage {
         stage
     }
 
-    fn write(&self, name: &str, text: &str) {
+    pub(super) fn write(&self, name: &str, text: &str) {
         std::fs::write(self.0.path().join(name), text).unwrap();
     }
 
-    fn mesh(&self, name: &str, mesh: &str, brdf: &str) {
+    pub(super) fn mesh(&self, name: &str, mesh: &str, brdf: &str) {
         self.material(name, &format!("kind = \"mesh\"\nfile = \"{mesh}\"\nperiod = [1.0, 1.0]"), brdf);
     }
 
-    fn material(&self, name: &str, geometry: &str, brdf: &str) {
+    pub(super) fn material(&self, name: &str, geometry: &str, brdf: &str) {
         self.write(&format!("{name}.toml"), &format!("format = 1\n[geometry]\n{geometry}\n[[surface]]\npart = \"*\"\nbrdf = {brdf}\n"));
     }
 
     /// A scene with a camera on the y axis that looks at the origin.
-    fn scene(&self, size: u32, rest: &str) -> Scene {
+    pub(super) fn scene(&self, size: u32, rest: &str) -> Scene {
         let camera = "[camera]\norigin = [0, -6, 0]\ntarget = [0, 0, 0]\nfov_deg = 24\nsamples = 1";
         let (top, tables) = rest.split_once("[[").unwrap_or((rest, ""));
         let text = format!("format = 1\n{top}\n{camera}\nwidth = {size}\nheight = {size}\n[[{tables}");
@@ -45,13 +45,13 @@ impl Stage {
     }
 }
 
-const SUN: &str = "[[light]]\ntype = \"directional\"\nto_light = [-1, -2, 1.5]\nirradiance_rgb = [3, 2, 1]\n";
+pub(super) const SUN: &str = "[[light]]\ntype = \"directional\"\nto_light = [-1, -2, 1.5]\nirradiance_rgb = [3, 2, 1]\n";
 
-fn run(scene: &Scene, quality: &Quality) -> Rendered {
+pub(super) fn run(scene: &Scene, quality: &Quality) -> Rendered {
     with_control(|control| render(scene, quality, control).unwrap())
 }
 
-fn with_control<T>(work: impl FnOnce(&Control<'_>) -> T) -> T {
+pub(super) fn with_control<T>(work: impl FnOnce(&Control<'_>) -> T) -> T {
     let start = std::time::Instant::now();
     let (cancel, clock) = (AtomicBool::new(false), || start.elapsed().as_secs_f64());
     work(&Control { cancel: &cancel, progress: &|_, _| {}, clock: &clock })
@@ -131,8 +131,8 @@ fn a_surface_with_gaps_shows_what_lies_behind_by_its_share() {
     assert_eq!(rendered.picture.alpha[12], 1.0);
 }
 
-const GROOVES: &str = "kind = \"grooves\"\nprofile = \"flat\"\nperiod = 4.0\ndepth = 2.0\nfloor_width = 2.0\ntop_width = 0.0";
-const GLOSS: &str = "{ model = \"cook-torrance\", diffuse = 0.6, specular = 0.4, alpha = 0.3 }";
+pub(super) const GROOVES: &str = "kind = \"grooves\"\nprofile = \"flat\"\nperiod = 4.0\ndepth = 2.0\nfloor_width = 2.0\ntop_width = 0.0";
+pub(super) const GLOSS: &str = "{ model = \"cook-torrance\", diffuse = 0.6, specular = 0.4, alpha = 0.3 }";
 
 #[test]
 fn a_white_environment_is_nowhere_outshone_within_three_standard_errors() {

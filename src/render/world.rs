@@ -1,5 +1,7 @@
 //! Rays among the objects of a scene: what is seen, and how much light gets through.
 
+use super::layers::{Cover, ImagePlace};
+use super::mapping::Footprint;
 use super::opacity::Opacity;
 use super::scene::{Object, Scene, Shape};
 use super::shapes::Hit;
@@ -13,7 +15,7 @@ const SAME_PLACE: f64 = 1e-9;
 /// sees the triangle.
 const LEAST_FACING: f64 = 0.02;
 /// Most surfaces with gaps that are looked through.
-pub const MAX_LAYERS: usize = 32;
+pub const MAX_SURFACES: usize = 32;
 /// A share of light this small counts as none.
 pub const NOTHING: f64 = 1e-4;
 
@@ -36,10 +38,20 @@ pub struct SurfacePoint {
     pub hit: Hit,
     /// Where in the world.
     pub position: DVec3,
-    /// Frame of the tile there: columns x, y, z; z points outward.
+    /// The shape's own outward normal there.
+    pub outward: DVec3,
+    /// Frame of the object's tile there: columns x, y, z; z points to the side that is seen. A layer with a turn of its own, and a normal map,
+    /// have another one: [`World::covers`], [`World::shading_frame`].
     pub frame: DMat3,
     /// Whether the outer side is seen.
     pub front: bool,
+}
+
+impl SurfacePoint {
+    /// The place as the images of its object see it; `footprint` is that of a ray there.
+    fn image_place<'a>(&'a self, object: &'a Object, footprint: Footprint) -> ImagePlace<'a> {
+        ImagePlace { object, hit: &self.hit, position: self.position, outward: self.outward, footprint }
+    }
 }
 
 impl Object {
@@ -69,7 +81,15 @@ impl Object {
         }
     }
 
-    /// Material at a hit.
+    /// Outward unit normal of the shape itself at a hit; `frame` is that of [`Self::frame`].
+    fn outward(&self, hit: &Hit, frame: &DMat3) -> DVec3 {
+        match &self.shape {
+            Shape::Mesh(mesh) => mesh.face_normal(hit.primitive),
+            _ => frame.z_axis,
+        }
+    }
+
+    /// Material of the part at a hit, under all layers.
     pub fn material(&self, hit: &Hit) -> usize {
         let part = match &self.shape {
             Shape::Mesh(mesh) => usize::from(mesh.part_of_triangle[hit.primitive as usize]),
@@ -77,6 +97,12 @@ impl Object {
         };
         self.materials[part]
     }
+}
+
+/// A frame turned about its z by an angle, counter-clockwise seen from its tip.
+pub(super) fn turned_by(frame: DMat3, turn: f64) -> DMat3 {
+    let (sin, cos) = turn.sin_cos();
+    DMat3::from_cols(cos * frame.x_axis + sin * frame.y_axis, cos * frame.y_axis - sin * frame.x_axis, frame.z_axis)
 }
 
 /// The frame whose z is turned towards the unit vector `viewer` until their cosine is at least [`LEAST_FACING`].
@@ -98,7 +124,7 @@ impl<'a> World<'a> {
     /// Those of [`Opacity::of`].
     pub fn new(scene: &'a Scene, control: &Control<'_>) -> Result<Self> {
         let opacity = scene.materials.iter().map(|m| Opacity::of(&m.small.tile, control)).collect::<Result<Vec<_>>>()?;
-        let opaque = scene.objects.iter().map(|o| o.materials.iter().all(|&m| opacity[m].is_opaque())).collect();
+        let opaque = scene.objects.iter().map(|o| o.all_materials().all(|m| opacity[m].is_opaque())).collect();
         Ok(Self { scene, opacity, opaque })
     }
 
@@ -121,20 +147,54 @@ impl<'a> World<'a> {
         let object = &self.scene.objects[index];
         let position = origin + hit.distance * direction;
         let frame = object.frame(&hit, position);
-        let outward = match &object.shape {
-            Shape::Mesh(mesh) => mesh.face_normal(hit.primitive),
-            _ => frame.z_axis,
-        };
+        let outward = object.outward(&hit, &frame);
         let front = outward.dot(direction) < 0.0;
         // Seen from behind, the tile is turned round about its y.
         let seen = if front { frame } else { DMat3::from_cols(-frame.x_axis, frame.y_axis, -frame.z_axis) };
-        let (sin, cos) = object.turn.sin_cos();
-        let turned = DMat3::from_cols(cos * seen.x_axis + sin * seen.y_axis, cos * seen.y_axis - sin * seen.x_axis, seen.z_axis);
-        Some(SurfacePoint { object: index, hit, position, frame: facing(turned, -direction), front })
+        let turned = turned_by(seen, object.turn);
+        Some(SurfacePoint { object: index, hit, position, outward, frame: facing(turned, -direction), front })
     }
 
-    /// The share of light that reaches a place from the unit direction `to_light`, over `distance`.
-    pub fn transmittance(&self, place: &SurfacePoint, to_light: DVec3, distance: f64) -> f64 {
+    /// Appends the materials at a place with their weights; `footprint` is that of the ray that met it, across the ray, and `direction`
+    /// the ray's.
+    pub fn covers(&self, place: &SurfacePoint, footprint: Footprint, direction: DVec3, covers: &mut Vec<Cover>) {
+        let object = &self.scene.objects[place.object];
+        let place = place.image_place(object, footprint.onto(direction, place.outward));
+        object.covering.covers(&place, object.material(place.hit), covers);
+    }
+
+    /// The frame in which the materials of a place are evaluated: that of its normal map, turned towards the viewer as any smooth normal
+    /// is where it turns away from whoever sees the place.
+    pub fn shading_frame(&self, place: &SurfacePoint, footprint: Footprint, direction: DVec3) -> DMat3 {
+        let object = &self.scene.objects[place.object];
+        let Some(map) = &object.covering.normal_map else { return place.frame };
+        let images = place.image_place(object, footprint.onto(direction, place.outward));
+        facing(map.turned(&images, place.frame, place.front), -direction)
+    }
+
+    /// The share of rays along `direction` that the object's surface stops at a hit.
+    fn opacity_at(&self, object: &Object, hit: Hit, ray: (DVec3, DVec3), footprint: Footprint) -> f64 {
+        let (origin, direction) = ray;
+        let position = origin + hit.distance * direction;
+        let frame = object.frame(&hit, position);
+        let along = |material: usize, turn: f64| {
+            let (sin, cos) = turn.sin_cos();
+            let (x, y) = (direction.dot(frame.x_axis), direction.dot(frame.y_axis));
+            let local = DVec3::new(cos * x + sin * y, cos * y - sin * x, direction.dot(frame.z_axis));
+            self.opacity[material].along(local.normalize())
+        };
+        if object.covering.layers.is_empty() {
+            return along(object.material(&hit), object.turn);
+        }
+        let outward = object.outward(&hit, &frame);
+        let place = ImagePlace { object, hit: &hit, position, outward, footprint: footprint.onto(direction, outward) };
+        let mut covers = Vec::new();
+        object.covering.covers(&place, object.material(&hit), &mut covers);
+        covers.iter().map(|cover| cover.weight * along(cover.material, cover.turn)).sum()
+    }
+
+    /// The share of light that reaches a place from the unit direction `to_light`, over `distance`; `footprint` is that of the place.
+    pub fn transmittance(&self, place: &SurfacePoint, footprint: Footprint, to_light: DVec3, distance: f64) -> f64 {
         let start = match &self.scene.objects[place.object].shape {
             // The lifted origin lies over the outer side only.
             Shape::Mesh(mesh) if place.front => mesh.shadow_origin(&place.hit, place.position),
@@ -149,14 +209,11 @@ impl<'a> World<'a> {
         let mut share = 1.0;
         for (index, object) in objects().filter(|(i, _)| !self.opaque[*i]) {
             let (mut range, mut skip) = (range, skip(index));
-            for _ in 0..MAX_LAYERS {
+            for _ in 0..MAX_SURFACES {
                 let Some(hit) = object.intersect(start, to_light, range, skip) else { break };
-                let position = start + hit.distance * to_light;
-                let frame = object.frame(&hit, position);
-                let (sin, cos) = object.turn.sin_cos();
-                let (x, y) = (to_light.dot(frame.x_axis), to_light.dot(frame.y_axis));
-                let local = DVec3::new(cos * x + sin * y, cos * y - sin * x, to_light.dot(frame.z_axis));
-                share *= 1.0 - self.opacity[object.material(&hit)].along(local.normalize());
+                // The rays from a point light to the sides of the footprint converge; those from a distant one do not.
+                let there = footprint.scaled(if distance.is_finite() { (1.0 - hit.distance / distance).max(0.0) } else { 1.0 });
+                share *= 1.0 - self.opacity_at(object, hit, (start, to_light), there);
                 range[0] = hit.distance + SAME_PLACE * (1.0 + hit.distance);
                 skip = None;
                 if share < NOTHING {

@@ -5,7 +5,7 @@ use biscale::error::{BadInput, Error, Result};
 use biscale::formats::capture::{
     self, Camera as CaptureCamera, Capture, Light as CaptureLight, Photograph as Shot, Pose, Sample, Severity,
 };
-use biscale::render::{Cylinder, Light, Object, Plane, Shape};
+use biscale::render::{Covering, Cylinder, Light, Object, Plane, Shape};
 use glam::{DMat3, DVec3};
 use std::f64::consts::PI;
 use std::path::Path;
@@ -129,5 +129,13 @@ fn object(sample: &Sample) -> Object {
             ("cylinder", Shape::Cylinder(Cylinder { center: DVec3::ZERO, radius: radius_mm, height: height_mm, axis: DVec3::Z }))
         }
     };
-    Object { label: label.to_owned(), shape, materials: vec![0], turn: 0.0, two_sided: false, periods_per_unit: None }
+    Object {
+        label: label.to_owned(),
+        shape,
+        materials: vec![0],
+        turn: 0.0,
+        two_sided: false,
+        periods_per_unit: None,
+        covering: Covering::default(),
+    }
 }

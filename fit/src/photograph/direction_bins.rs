@@ -10,7 +10,7 @@ use biscale::direction::Pair;
 use biscale::error::{BadInput, Result};
 use biscale::material::{Material, SmallScale};
 use biscale::numerics::cast::truncate_i32;
-use biscale::render::{Camera, Light, Scene, SceneMaterial, SurfacePoint, World};
+use biscale::render::{Camera, Footprint, Light, Scene, SceneMaterial, SurfacePoint, World};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -159,7 +159,7 @@ pub fn sights(world: &World<'_>, photograph: &Photograph) -> Vec<Sight> {
             let wi = to_tile * to_light;
             let wo = to_tile * -photograph.camera.direction(fx + 0.5, fy + 0.5);
             let turn = nudged.map(|light| (to_tile * light_at(&light, point.position).0 - wi) / PARAMS.nudge_deg);
-            let lit = wi.z > 0.0 && world.transmittance(&point, to_light, distance) > 0.0;
+            let lit = wi.z > 0.0 && world.transmittance(&point, Footprint::POINT, to_light, distance) > 0.0;
             found.push(Sight { pixel: y * width + x, position: point.position, wi, wo, turn, irradiance, lit });
         }
         found

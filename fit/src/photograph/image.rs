@@ -92,7 +92,7 @@ impl Image {
     /// # Errors
     /// Bad input names the file.
     pub fn load(file: &Path, mask: Option<&Path>) -> Result<Self> {
-        let Raster { width, height, channels, integer } = image_file::read_with_holes(file)?;
+        let Raster { width, height, channels, integer, .. } = image_file::read_with_holes(file)?;
         if integer {
             let remedy = "give the linear radiance, as .exr; `biscale capture` makes it of photographs";
             return Err(BadInput::new("this image holds whole numbers, which are not linear in radiance", remedy).in_file(file).into());

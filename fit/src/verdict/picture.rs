@@ -43,7 +43,7 @@ pub fn render(
             view.lit.push(Lit { wi: sight.wi.as_vec3(), scale, light: 0 });
         }
         let end = u32::try_from(view.lit.len()).expect("a photograph has fewer pixels");
-        view.points.push(Point { pixel: sight.pixel, material: 0, wo: sight.wo.as_vec3(), weight: 1.0, end });
+        view.points.push(Point { pixel: sight.pixel, material: 0, wo: sight.wo.as_vec3(), weight: 1.0, tint: [1.0; 3], end });
     }
     let lit: Vec<&Sight> = sights.iter().filter(|s| s.lit).collect();
     let mut rgb = vec![[f32::NAN; 3]; (width * height) as usize];

@@ -41,6 +41,16 @@ pub(crate) fn load(file: &Path, period: DVec2, scale: f64) -> Result<Tile> {
     Ok(tile)
 }
 
+/// A mesh as [`load`] gives it, in the file's lengths, and the linear colours of the corners of its triangles where every vertex has one.
+pub(crate) fn load_coloured(file: &Path) -> Result<(Tile, Option<Vec<[DVec3; 3]>>)> {
+    let bytes = std::fs::read(file).map_err(|e| Error::reading(file, e))?;
+    let mut soup = parse(file, &bytes).map_err(|bad| bad.in_file(file))?;
+    let colours = (!soup.colours.is_empty() && soup.colours.len() == soup.vertices.len()).then(|| std::mem::take(&mut soup.colours));
+    let colours: Option<Vec<[DVec3; 3]>> = colours.map(|of| soup.triangles.iter().map(|t| t.map(|v| of[v as usize])).collect());
+    let (tile, places) = soup.into_tile_of_triangles(DVec2::ONE, 1.0).map_err(|bad| bad.in_file(file))?;
+    Ok((tile, colours.map(|all| places.iter().map(|&t| all[t]).collect())))
+}
+
 /// Reads a mesh by the ending of its file's name.
 fn parse(path: &Path, bytes: &[u8]) -> Result<Soup, BadInput> {
     let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();

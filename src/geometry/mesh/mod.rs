@@ -11,6 +11,6 @@ mod recipe;
 mod soup;
 mod stl;
 
-pub(crate) use file::load;
+pub(crate) use file::load_coloured;
 pub use file::{PlainMesh, read_plain};
 pub use recipe::{Mesh, PARAMS, PARTS};

@@ -1,4 +1,4 @@
-//! Wavefront OBJ: vertices, texture coordinates, faces; `usemtl` names the part where there is one, else `g`.
+//! Wavefront OBJ: vertices, with linear colours if there are (`v x y z r g b`), texture coordinates, faces; `usemtl` names the part where there is one, else `g`.
 
 use super::soup::{NAMELESS, Soup, finite};
 use crate::error::BadInput;
@@ -53,6 +53,11 @@ impl State {
             "v" => {
                 let [x, y, z] = numbers::<3>(rest)?;
                 self.soup.vertices.push(finite(DVec3::new(x, y, z))?);
+                // Six numbers are a place and a colour, a common extension; a fourth alone is a weight.
+                if rest.split_whitespace().count() == 6 {
+                    let [.., r, g, b] = numbers::<6>(rest)?;
+                    self.soup.colours.push(DVec3::new(r, g, b));
+                }
             }
             "vt" => {
                 // One number is a texture along a line; v is then 0.

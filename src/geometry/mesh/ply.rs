@@ -1,9 +1,11 @@
 //! PLY (Stanford polygon format), text and binary of both byte orders. The one part is `default`; texture coordinates are taken
-//! from the vertices (`s t`, `u v` or `texture_u texture_v`), everything else is skipped. Triangle strips (`tristrips`, with -1 between them) are taken apart.
+//! from the vertices (`s t`, `u v` or `texture_u texture_v`), and so are colours (`red green blue`: whole numbers are sRGB-encoded, floats
+//! linear); everything else is skipped. Triangle strips (`tristrips`, with -1 between them) are taken apart.
 
 use super::soup::{NAMELESS, Soup, finite};
 use crate::error::BadInput;
 use crate::numerics::cast::truncate_u32;
+use crate::numerics::colour::srgb_to_linear;
 use crate::text_file::{decode, wide};
 use glam::{DVec2, DVec3};
 use std::borrow::Cow;
@@ -98,6 +100,7 @@ fn read_vertices(body: &mut Body<'_>, element: &Element, soup: &mut Soup, uv: &m
         return Err(BadInput::new("the vertices lack x, y or z", "export the mesh with positions"));
     };
     let st = [element.scalar(&["s", "u", "texture_u"]), element.scalar(&["t", "v", "texture_v"])];
+    let rgb = [["red"], ["green"], ["blue"]].map(|name| element.scalar(&name));
     soup.normals_ignored |= element.scalar(&["nx"]).is_some();
     for _ in 0..element.count {
         let position = body.begin_item()?;
@@ -105,8 +108,20 @@ fn read_vertices(body: &mut Body<'_>, element: &Element, soup: &mut Soup, uv: &m
         soup.vertices.push(finite(DVec3::new(scalars[x], scalars[y], scalars[z])).map_err(|b| body.placed(position, b))?);
         let [s, t] = st.map(|k| k.map_or(f64::NAN, |k| scalars[k]));
         uv.push(DVec2::new(s, t));
+        if let [Some(r), Some(g), Some(b)] = rgb {
+            soup.colours.push(DVec3::from([r, g, b].map(|k| linear(scalars[k], element.properties[k].value))));
+        }
     }
     Ok(())
+}
+
+/// A component of a colour as a linear number.
+fn linear(value: f64, kind: Scalar) -> f64 {
+    match kind {
+        Scalar::U8 => srgb_to_linear(value / 255.0),
+        Scalar::U16 => srgb_to_linear(value / 65535.0),
+        _ => value,
+    }
 }
 
 /// What the lists of vertices of an element are.

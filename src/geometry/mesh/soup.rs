@@ -18,6 +18,8 @@ pub(super) struct Soup {
     pub parts: Vec<String>,
     /// One entry a triangle, NaN where the file gives none.
     pub uv: Vec<[DVec2; 3]>,
+    /// Linear colours, one for each vertex that came with one.
+    pub colours: Vec<DVec3>,
     pub normals_ignored: bool,
     /// Polygons that cross themselves.
     pub crossed: usize,
@@ -58,7 +60,12 @@ impl Soup {
         self
     }
 
-    pub fn into_tile(mut self, period: DVec2, scale: f64) -> Result<Tile, BadInput> {
+    pub fn into_tile(self, period: DVec2, scale: f64) -> Result<Tile, BadInput> {
+        self.into_tile_of_triangles(period, scale).map(|(tile, _)| tile)
+    }
+
+    /// The tile, and for each of its triangles the place that it has here.
+    pub fn into_tile_of_triangles(mut self, period: DVec2, scale: f64) -> Result<(Tile, Vec<usize>), BadInput> {
         if self.triangles.is_empty() {
             return Err(BadInput::new("the file has no faces", "export a surface, not points or lines"));
         }
@@ -72,7 +79,7 @@ impl Soup {
         let uv = if without == 0 { Some(self.uv) } else { None };
         let vertices = self.vertices.into_iter().map(|v| v * scale).collect();
         let (triangles, part_of_triangle, parts, notes) = (self.triangles, self.part_of_triangle, self.parts, self.notes);
-        Tile { vertices, triangles, part_of_triangle, parts, uv, period: period * scale, grid: None, notes }.clean()
+        Tile { vertices, triangles, part_of_triangle, parts, uv, period: period * scale, grid: None, notes }.clean_of()
     }
 }
 

@@ -66,6 +66,17 @@ impl Camera {
         (self.axes * DVec3::new(across, up, 1.0)).normalize()
     }
 
+    /// How the direction through the place `x`, `y` changes by a pixel to the right, and by one down.
+    pub fn differentials(&self, x: f64, y: f64) -> [DVec3; 2] {
+        let (width, height) = (f64::from(self.width), f64::from(self.height));
+        let pixel = 2.0 * self.half_width / width;
+        let across = (2.0 * x / width - 1.0) * self.half_width;
+        let up = (1.0 - 2.0 * y / height) * self.half_width * height / width;
+        let through = DVec3::new(across, up, 1.0);
+        let (length, direction) = (through.length(), self.axes * through.normalize());
+        [pixel * self.axes.x_axis, -pixel * self.axes.y_axis].map(|step| (step - direction.dot(step) * direction) / length)
+    }
+
     /// Width of a pixel at a distance along the camera's axis.
     pub fn pixel_width(&self, distance: f64) -> f64 {
         2.0 * self.half_width * distance / f64::from(self.width)

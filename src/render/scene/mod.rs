@@ -3,6 +3,9 @@
 //! The format is documented in `docs/scenes.md`; every mistake names file, line, field, value and remedy.
 
 mod camera;
+mod covering;
+#[cfg(test)]
+mod covering_tests;
 mod fields;
 mod file;
 mod light;

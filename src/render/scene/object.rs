@@ -1,6 +1,8 @@
 //! The objects of a scene: a shape, where it stands, and the materials that cover it.
 
+use super::super::layers::Covering;
 use super::super::mesh::LargeMesh;
+use super::covering::read_covering;
 use super::fields::{LENGTH, required};
 use super::material::SceneMaterials;
 use super::shape::{Shape, read_shape};
@@ -23,18 +25,22 @@ pub struct Object {
     pub two_sided: bool,
     /// Periods of the tile a unit of length along its x and y, where the file says so.
     pub periods_per_unit: Option<[f64; 2]>,
+    /// Tints, layers over the materials of the parts, and a normal map.
+    pub covering: Covering,
 }
 
 impl Object {
-    pub(super) fn read(index: usize, table: TableReader<'_>, materials: &mut SceneMaterials<'_>) -> Result<Self> {
+    pub(super) fn read(index: usize, table: TableReader<'_>, all: &mut SceneMaterials<'_>) -> Result<Self> {
         let (kind, shape) = read_shape(&table)?;
-        let material = materials.place(&table)?;
+        let material = all.place(&table)?;
         let needs_material = || table.missing("material", "\"my.toml\"");
         let materials = match &shape {
-            Shape::Mesh(mesh) => parts(&table, mesh, material, materials)?,
+            Shape::Mesh(mesh) => parts(&table, mesh, material, all)?,
             _ => vec![material.ok_or_else(needs_material)?],
         };
-        Self::finish(format!("object[{index}] ({kind})"), shape, materials, table)
+        let turn = turn(&table)?;
+        let covering = read_covering(&table, &shape, turn, all)?;
+        Self::finish(format!("object[{index}] ({kind})"), shape, materials, covering, table)
     }
 
     /// Reads the table of an object without materials: all of it is covered by the first one of the scene.
@@ -44,16 +50,21 @@ impl Object {
     pub fn read_bare(table: TableReader<'_>) -> Result<Self> {
         let (kind, shape) = read_shape(&table)?;
         let parts = if let Shape::Mesh(mesh) = &shape { mesh.parts.len() } else { 1 };
-        Self::finish(kind.to_owned(), shape, vec![0; parts], table)
+        Self::finish(kind.to_owned(), shape, vec![0; parts], Covering::default(), table)
     }
 
     /// Reads what all shapes have in common.
-    fn finish(label: String, shape: Shape, materials: Vec<usize>, table: TableReader<'_>) -> Result<Self> {
-        let turn = table.f64("turn_deg", range(-360.0, 360.0))?.unwrap_or(0.0).to_radians();
+    fn finish(label: String, shape: Shape, materials: Vec<usize>, covering: Covering, table: TableReader<'_>) -> Result<Self> {
+        let turn = turn(&table)?;
         let two_sided = table.bool("two_sided")?.unwrap_or(false);
         let periods_per_unit = table.array::<2>("periods_per_unit", LENGTH)?;
         table.finish()?;
-        Ok(Self { label, shape, materials, turn, two_sided, periods_per_unit })
+        Ok(Self { label, shape, materials, turn, two_sided, periods_per_unit, covering })
+    }
+
+    /// Places of all materials that may be seen of it, some more than once.
+    pub fn all_materials(&self) -> impl Iterator<Item = usize> {
+        self.materials.iter().copied().chain(self.covering.materials())
     }
 
     /// A point in its middle.
@@ -75,6 +86,11 @@ impl Object {
             Shape::Mesh(mesh) => mesh.contains(point),
         }
     }
+}
+
+/// Turn of the tile about the normal, radians.
+fn turn(table: &TableReader<'_>) -> Result<f64> {
+    Ok(table.f64("turn_deg", range(-360.0, 360.0))?.unwrap_or(0.0).to_radians())
 }
 
 /// The material of each part of a mesh: of its own `[[object.part]]`, else the object's.

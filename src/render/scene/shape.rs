@@ -52,14 +52,20 @@ fn axis(table: &TableReader<'_>) -> Result<DVec3> {
     Ok(unit_vector(table, "axis")?.unwrap_or(DVec3::Z))
 }
 
-fn read_plane(table: &TableReader<'_>) -> Result<Plane> {
-    let normal = unit_vector(table, "normal")?.unwrap_or(DVec3::Z);
-    let x = unit_vector(table, "x_axis")?.unwrap_or(if normal.x.abs() < 0.9 { DVec3::X } else { DVec3::Y });
+/// The frame of a plane by its normal, default z, and a direction of its x, default the world's.
+pub(super) fn plane_frame(table: &TableReader<'_>, normal_key: &'static str, x_key: &'static str) -> Result<DMat3> {
+    let normal = unit_vector(table, normal_key)?.unwrap_or(DVec3::Z);
+    let x = unit_vector(table, x_key)?.unwrap_or(if normal.x.abs() < 0.9 { DVec3::X } else { DVec3::Y });
     let Some(x) = (x - x.dot(normal) * normal).try_normalize().filter(|_| x.cross(normal).length() > 1e-6) else {
-        return Err(table.error_at("x_axis", "x_axis and normal are parallel", "write a direction in the plane"));
+        return Err(table.error_at(x_key, format!("{x_key} and {normal_key} are parallel"), "write a direction in the plane"));
     };
+    Ok(DMat3::from_cols(x, normal.cross(x), normal))
+}
+
+fn read_plane(table: &TableReader<'_>) -> Result<Plane> {
+    let frame = plane_frame(table, "normal", "x_axis")?;
     let size = required(table, "size", table.array::<2>("size", LENGTH)?, "[2.0, 2.0]")?;
-    Ok(Plane { center: center(table)?, frame: DMat3::from_cols(x, normal.cross(x), normal), size })
+    Ok(Plane { center: center(table)?, frame, size })
 }
 
 fn read_mesh(table: &TableReader<'_>) -> Result<LargeMesh> {
