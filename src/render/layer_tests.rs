@@ -86,12 +86,11 @@ fn pixels_at_the_edge_of_a_mask_have_the_share_that_it_covers() {
     // A half plane, a disc, and a mask far finer than the pixels.
     let half_plane = |u: f64, v: f64| 0.37 * (u - 0.5) + 0.93 * (v - 0.5) > 0.013;
     let disc = |u: f64, v: f64| (u - 0.5).hypot(v - 0.5) < 0.31;
-    let shapes: [(&str, &dyn Fn(f64, f64) -> bool); 2] = [("half", &half_plane), ("disc", &disc)];
-    for (name, covered) in shapes {
+    for (name, covered) in [("half", &half_plane as &dyn Fn(f64, f64) -> bool), ("disc", &disc)] {
         stage.grey("mask.png", [1024, 1024], |u, v| if covered(u, v) { 1.0 } else { 0.0 });
         let rest = layer("mask.png", "").replace("red", "black");
         let mut scene = stage.wall(40, &rest);
-        let camera = scene.camera.clone();
+        let camera = scene.camera;
         let at = |x: f64, y: f64| {
             let d = camera.direction(x, y);
             let place = camera.origin - camera.origin.y / d.y * d;
@@ -126,7 +125,7 @@ fn pixels_at_the_edge_of_a_mask_have_the_share_that_it_covers() {
 #[test]
 fn a_mask_finer_than_the_pixels_is_its_mean_at_one_sample() {
     let stage = stage();
-    stage.grey("checks.png", [1024, 1024], |u, v| f64::from((u * 1024.0).floor() as i32 + (v * 1024.0).floor() as i32 & 1));
+    stage.grey("checks.png", [1024, 1024], |u, v| f64::from(((u * 1024.0).floor() as i32 + (v * 1024.0).floor() as i32) & 1));
     // Seen along the floor, so that footprints are long.
     let floor = "[[object]]\nkind = \"plane\"\nmaterial = \"flat.toml\"\nsize = [10, 40]\ncenter = [0, 0, -1]\n";
     let light = FLASH.replace("[0, -1, 0]", "[0, 0, 1]");

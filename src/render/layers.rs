@@ -6,12 +6,10 @@
 //!
 //! A material of weight 0 is no part of the place, and nothing is computed for it there.
 
-use super::mapping::{Footprint, Projection};
+use super::mapping::{ImagePlace, Projection};
 use super::normal_map::NormalMap;
-use super::scene::{Object, Shape};
-use super::shapes::Hit;
+use super::scene::Shape;
 use super::texture::Texture;
-use glam::DVec3;
 
 /// What is left of a place's weights for the materials below counts as none under this: pixels are single precision, and the weights of
 /// an interpolation sum to 1 up to rounding.
@@ -81,21 +79,6 @@ impl Default for Tint {
     }
 }
 
-/// A place of an object, as images see it.
-#[derive(Clone, Copy, Debug)]
-pub struct ImagePlace<'a> {
-    /// The object.
-    pub object: &'a Object,
-    /// Where on it.
-    pub hit: &'a Hit,
-    /// Where in the world.
-    pub position: DVec3,
-    /// The object's outward normal there.
-    pub outward: DVec3,
-    /// The width of a sample there.
-    pub footprint: Footprint,
-}
-
 /// A material's share of a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cover {
@@ -112,9 +95,8 @@ pub struct Cover {
 impl Mask {
     /// The share at a place.
     fn share(&self, place: &ImagePlace<'_>) -> f64 {
-        let ImagePlace { object, hit, position, outward, footprint } = *place;
-        let chart = self.projection.chart(object, hit, position, outward);
-        let [share] = chart.map_or([0.0], |chart| self.image.mean(chart.uv, chart.footprint(footprint)));
+        let chart = self.projection.chart(place);
+        let [share] = chart.map_or([0.0], |chart| self.image.mean(chart.uv, chart.footprint(place.footprint)));
         // Weights of an interpolation sum to 1 up to rounding only.
         let share = share.clamp(0.0, 1.0);
         if self.invert { 1.0 - share } else { share }
@@ -127,12 +109,12 @@ impl Tint {
         let mut colour = self.colour;
         let mut times = |other: [f64; 3]| (0..3).for_each(|c| colour[c] *= other[c]);
         if let Some(image) = &self.image
-            && let Some(chart) = place.object.chart(place.hit, place.position)
+            && let Some(chart) = place.shape.chart(place.hit, place.position)
         {
             times(image.mean(chart.uv, chart.footprint(place.footprint)));
         }
         if self.vertex_colours
-            && let Shape::Mesh(mesh) = &place.object.shape
+            && let Shape::Mesh(mesh) = place.shape
             && let Some(colour) = mesh.colour(place.hit)
         {
             times(colour.to_array());
@@ -142,8 +124,8 @@ impl Tint {
 }
 
 impl Covering {
-    /// Appends the materials at a place, the uppermost first; `base` is that of the part.
-    pub fn covers(&self, place: &ImagePlace<'_>, base: usize, covers: &mut Vec<Cover>) {
+    /// Appends the materials at a place, the uppermost first; `base` is that of the part, with the turn of its tile.
+    pub fn covers(&self, place: &ImagePlace<'_>, base: (usize, f64), covers: &mut Vec<Cover>) {
         let mut left = 1.0;
         for layer in self.layers.iter().rev() {
             if left < ROUNDING {
@@ -161,7 +143,8 @@ impl Covering {
             }
         }
         if left >= ROUNDING {
-            covers.push(Cover { material: base, weight: left, tint: self.tint.at(place), turn: place.object.turn });
+            let (material, turn) = base;
+            covers.push(Cover { material, weight: left, tint: self.tint.at(place), turn });
         }
     }
 

@@ -1,7 +1,7 @@
 //! Where a place of an object lies on an image, and how large a sample is there.
 
 use super::mesh::LargeMesh;
-use super::scene::{Camera, Object, Shape};
+use super::scene::{Camera, Shape};
 use super::shapes::{Cylinder, Hit, Plane, Sphere};
 use glam::{DAffine3, DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
@@ -56,6 +56,21 @@ impl Chart {
     }
 }
 
+/// A place of an object, as images see it.
+#[derive(Clone, Copy, Debug)]
+pub struct ImagePlace<'a> {
+    /// The object's shape.
+    pub shape: &'a Shape,
+    /// Where on it.
+    pub hit: &'a Hit,
+    /// Where in the world.
+    pub position: DVec3,
+    /// The object's outward normal there.
+    pub outward: DVec3,
+    /// The width of a sample there.
+    pub footprint: Footprint,
+}
+
 /// How an image lies on an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
@@ -66,10 +81,11 @@ pub enum Projection {
 }
 
 impl Projection {
-    /// Where a place of an object lies on the image; `None` where it does not face the projection. `outward` is its normal there.
-    pub fn chart(&self, object: &Object, hit: &Hit, position: DVec3, outward: DVec3) -> Option<Chart> {
-        let Self::Planar(slide) = self else { return object.chart(hit, position) };
-        let to_object = object.to_own_space();
+    /// Where a place lies on the image; `None` where it does not face the projection.
+    pub fn chart(&self, place: &ImagePlace<'_>) -> Option<Chart> {
+        let ImagePlace { shape, hit, position, outward, .. } = *place;
+        let Self::Planar(slide) = self else { return shape.chart(hit, position) };
+        let to_object = shape.to_own_space();
         let facing = (to_object.matrix3 * outward).dot(slide.frame.z_axis) > 0.0;
         facing.then(|| {
             let Chart { uv, gradients } = slide.chart(to_object.transform_point3(position));
@@ -79,24 +95,24 @@ impl Projection {
     }
 }
 
-impl Object {
+impl Shape {
     /// From the world to the object's own lengths: those of its file for a mesh, those from its centre for other shapes.
     pub fn to_own_space(&self) -> DAffine3 {
-        match &self.shape {
-            Shape::Sphere(Sphere { center, .. }) | Shape::Cylinder(Cylinder { center, .. }) | Shape::Plane(Plane { center, .. }) => {
+        match self {
+            Self::Sphere(Sphere { center, .. }) | Self::Cylinder(Cylinder { center, .. }) | Self::Plane(Plane { center, .. }) => {
                 DAffine3::from_translation(-*center)
             }
-            Shape::Mesh(mesh) => mesh.to_file,
+            Self::Mesh(mesh) => mesh.to_file,
         }
     }
 
     /// The texture coordinates at a place; `None` on a mesh that has none.
     pub fn chart(&self, hit: &Hit, position: DVec3) -> Option<Chart> {
-        match &self.shape {
-            Shape::Sphere(sphere) => Some(sphere.chart(position)),
-            Shape::Cylinder(cylinder) => Some(cylinder.chart(position)),
-            Shape::Plane(plane) => Some(plane.chart(position)),
-            Shape::Mesh(mesh) => mesh.chart(hit),
+        match self {
+            Self::Sphere(sphere) => Some(sphere.chart(position)),
+            Self::Cylinder(cylinder) => Some(cylinder.chart(position)),
+            Self::Plane(plane) => Some(plane.chart(position)),
+            Self::Mesh(mesh) => mesh.chart(hit),
         }
     }
 }

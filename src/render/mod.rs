@@ -41,7 +41,7 @@ pub use compare::{Difference, colour_code, difference};
 pub use environment::Environment;
 pub use gather::{Lit, Point, View, gather_all, lights};
 pub use layers::{Blend, Cover, Covering, Layer, Mask, Tint};
-pub use mapping::{Chart, Footprint, Projection};
+pub use mapping::{Chart, Footprint, ImagePlace, Projection};
 pub use mesh::{LargeMesh, Placement, Tangents};
 pub use normal_map::NormalMap;
 pub use opacity::Opacity;

@@ -6,7 +6,7 @@
 //! A map is filtered as any image, and the mean normal is made a unit vector: that normals which a sample cannot tell apart make a
 //! material rougher (Toksvig 2005) is not modelled; the samples of a pixel see them one by one.
 
-use super::layers::ImagePlace;
+use super::mapping::ImagePlace;
 use super::texture::Texture;
 use glam::DMat3;
 
@@ -23,7 +23,7 @@ impl NormalMap {
     /// The frame whose normal is turned as the map says at a place. `frame` is that of the tile there, seen from the outside if `front`;
     /// tile x stays as near to where it was as a frame allows. A triangle whose texture coordinates have no area keeps its normal.
     pub fn turned(&self, place: &ImagePlace<'_>, frame: DMat3, front: bool) -> DMat3 {
-        let Some(chart) = place.object.chart(place.hit, place.position) else { return frame };
+        let Some(chart) = place.shape.chart(place.hit, place.position) else { return frame };
         let [x, y, z] = self.image.mean(chart.uv, chart.footprint(place.footprint));
         // What stands out seen from outside is a hollow from within.
         let side = if front { self.strength } else { -self.strength };
@@ -43,36 +43,30 @@ impl NormalMap {
 
 #[cfg(test)]
 mod tests {
-    use super::super::layers::ImagePlace;
     use super::super::mapping::Footprint;
-    use super::super::scene::{Object, Shape};
+    use super::super::scene::Shape;
     use super::super::shapes::{Hit, Plane, Sphere};
     use super::super::texture::Wrap;
     use super::*;
     use glam::DVec3;
-
-    fn object(shape: Shape) -> Object {
-        let label = "object".to_owned();
-        Object { label, shape, materials: vec![0], turn: 0.0, two_sided: false, periods_per_unit: None, covering: Default::default() }
-    }
 
     /// A map of one normal.
     fn map(normal: [f32; 3]) -> NormalMap {
         NormalMap { image: Texture::new(1, 1, vec![normal], Wrap::Repeat), strength: 1.0 }
     }
 
-    fn place(object: &Object, position: DVec3, outward: DVec3) -> ImagePlace<'_> {
+    fn place(shape: &Shape, position: DVec3, outward: DVec3) -> ImagePlace<'_> {
         const HIT: Hit = Hit { distance: 1.0, primitive: 0, barycentric: [0.0; 2] };
-        ImagePlace { object, hit: &HIT, position, outward, footprint: Footprint::POINT }
+        ImagePlace { shape, hit: &HIT, position, outward, footprint: Footprint::POINT }
     }
 
     #[test]
     fn red_is_along_u_and_green_along_v_on_a_plane_and_in_front_of_a_ball() {
-        let plane = object(Shape::Plane(Plane { center: DVec3::ZERO, frame: DMat3::IDENTITY, size: [2.0, 2.0] }));
-        let ball = object(Shape::Sphere(Sphere { center: DVec3::ZERO, radius: 1.0, axis: DVec3::Z }));
+        let plane = Shape::Plane(Plane { center: DVec3::ZERO, frame: DMat3::IDENTITY, size: [2.0, 2.0] });
+        let ball = Shape::Sphere(Sphere { center: DVec3::ZERO, radius: 1.0, axis: DVec3::Z });
         let front = DMat3::from_cols(DVec3::X, DVec3::Z, -DVec3::Y);
-        for (object, position, frame) in [(&plane, DVec3::new(0.1, 0.2, 0.0), DMat3::IDENTITY), (&ball, -DVec3::Y, front)] {
-            let at = place(object, position, frame.z_axis);
+        for (shape, position, frame) in [(&plane, DVec3::new(0.1, 0.2, 0.0), DMat3::IDENTITY), (&ball, -DVec3::Y, front)] {
+            let at = place(shape, position, frame.z_axis);
             for (normal, expected) in [
                 ([0.0, 0.0, 1.0], frame.z_axis),
                 ([0.6, 0.0, 0.8], 0.6 * frame.x_axis + 0.8 * frame.z_axis),
@@ -87,7 +81,7 @@ mod tests {
 
     #[test]
     fn seen_from_behind_a_slope_is_the_same_slope() {
-        let plane = object(Shape::Plane(Plane { center: DVec3::ZERO, frame: DMat3::IDENTITY, size: [2.0, 2.0] }));
+        let plane = Shape::Plane(Plane { center: DVec3::ZERO, frame: DMat3::IDENTITY, size: [2.0, 2.0] });
         let at = place(&plane, DVec3::ZERO, DVec3::Z);
         let back = DMat3::from_cols(-DVec3::X, DVec3::Y, -DVec3::Z);
         let map = map([0.6, 0.3, 0.8]);
@@ -97,7 +91,7 @@ mod tests {
 
     #[test]
     fn strength_scales_the_slope() {
-        let plane = object(Shape::Plane(Plane { center: DVec3::ZERO, frame: DMat3::IDENTITY, size: [2.0, 2.0] }));
+        let plane = Shape::Plane(Plane { center: DVec3::ZERO, frame: DMat3::IDENTITY, size: [2.0, 2.0] });
         let at = place(&plane, DVec3::ZERO, DVec3::Z);
         let slope = |strength: f64| {
             let z = NormalMap { strength, ..map([0.6, 0.0, 0.8]) }.turned(&at, DMat3::IDENTITY, true).z_axis;

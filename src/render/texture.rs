@@ -202,7 +202,7 @@ mod tests {
     use super::*;
 
     fn stripes(width: usize, height: usize, wrap: Wrap) -> Texture<1> {
-        let pixels = (0..width * height).map(|k| [if k % width % 2 == 0 { 1.0 } else { 0.0 }]).collect();
+        let pixels = (0..width * height).map(|k| [if (k % width).is_multiple_of(2) { 1.0 } else { 0.0 }]).collect();
         Texture::new(width, height, pixels, wrap)
     }
 

@@ -1,7 +1,7 @@
 //! Rays among the objects of a scene: what is seen, and how much light gets through.
 
-use super::layers::{Cover, ImagePlace};
-use super::mapping::Footprint;
+use super::layers::Cover;
+use super::mapping::{Footprint, ImagePlace};
 use super::opacity::Opacity;
 use super::scene::{Object, Scene, Shape};
 use super::shapes::Hit;
@@ -50,7 +50,7 @@ pub struct SurfacePoint {
 impl SurfacePoint {
     /// The place as the images of its object see it; `footprint` is that of a ray there.
     fn image_place<'a>(&'a self, object: &'a Object, footprint: Footprint) -> ImagePlace<'a> {
-        ImagePlace { object, hit: &self.hit, position: self.position, outward: self.outward, footprint }
+        ImagePlace { shape: &object.shape, hit: &self.hit, position: self.position, outward: self.outward, footprint }
     }
 }
 
@@ -160,7 +160,7 @@ impl<'a> World<'a> {
     pub fn covers(&self, place: &SurfacePoint, footprint: Footprint, direction: DVec3, covers: &mut Vec<Cover>) {
         let object = &self.scene.objects[place.object];
         let place = place.image_place(object, footprint.onto(direction, place.outward));
-        object.covering.covers(&place, object.material(place.hit), covers);
+        object.covering.covers(&place, (object.material(place.hit), object.turn), covers);
     }
 
     /// The frame in which the materials of a place are evaluated: that of its normal map, turned towards the viewer as any smooth normal
@@ -187,9 +187,9 @@ impl<'a> World<'a> {
             return along(object.material(&hit), object.turn);
         }
         let outward = object.outward(&hit, &frame);
-        let place = ImagePlace { object, hit: &hit, position, outward, footprint: footprint.onto(direction, outward) };
+        let place = ImagePlace { shape: &object.shape, hit: &hit, position, outward, footprint: footprint.onto(direction, outward) };
         let mut covers = Vec::new();
-        object.covering.covers(&place, object.material(&hit), &mut covers);
+        object.covering.covers(&place, (object.material(&hit), object.turn), &mut covers);
         covers.iter().map(|cover| cover.weight * along(cover.material, cover.turn)).sum()
     }
 
