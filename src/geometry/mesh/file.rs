@@ -43,7 +43,7 @@ pub(crate) fn load(file: &Path, period: DVec2, scale: f64) -> Result<Tile> {
 
 /// A mesh as [`load`] gives it, in the file's lengths, and the linear colours of the corners of its triangles where every vertex has one.
 pub(crate) fn load_coloured(file: &Path) -> Result<(Tile, Option<Vec<[DVec3; 3]>>)> {
-    let bytes = std::fs::read(file).map_err(|e| Error::reading(file, e))?;
+    let bytes = read_bounded(file, MAX_DATA_BYTES, "simplify the mesh")?;
     let mut soup = parse(file, &bytes).map_err(|bad| bad.in_file(file))?;
     let colours = (!soup.colours.is_empty() && soup.colours.len() == soup.vertices.len()).then(|| std::mem::take(&mut soup.colours));
     let colours: Option<Vec<[DVec3; 3]>> = colours.map(|of| soup.triangles.iter().map(|t| t.map(|v| of[v as usize])).collect());

@@ -54,8 +54,9 @@ impl State {
                 let [x, y, z] = numbers::<3>(rest)?;
                 self.soup.vertices.push(finite(DVec3::new(x, y, z))?);
                 // Six numbers are a place and a colour, a common extension; a fourth alone is a weight.
-                if rest.split_whitespace().count() == 6 {
-                    let [.., r, g, b] = numbers::<6>(rest)?;
+                if rest.split_whitespace().count() == 6
+                    && let Ok([.., r, g, b]) = numbers::<6>(rest)
+                {
                     self.soup.colours.push(DVec3::new(r, g, b));
                 }
             }

@@ -72,7 +72,7 @@ fn check_vertex_colours(table: &TableReader<'_>, shape: &Shape) -> Result<()> {
         let remedy = "use an OBJ file with v x y z r g b, or a PLY file with red, green and blue, for every vertex";
         return bad("the mesh has no colours of vertices".to_owned(), remedy);
     };
-    let inside = |c: &&DVec3| c.min_element() >= 0.0 && c.max_element() <= 1.0;
+    let inside = |c: &DVec3| c.to_array().iter().all(|v| (0.0..=1.0).contains(v));
     match colours.iter().flatten().find(|c| !inside(c)) {
         Some(c) => bad(format!("a vertex of the mesh has the colour ({}, {}, {})", c.x, c.y, c.z), "colours lie in 0..1"),
         None => Ok(()),
