@@ -106,11 +106,18 @@ pub fn symmetric_eigenvalues(matrix: &[f64], n: usize) -> Vec<f64> {
 /// # Panics
 /// If the slice has not `n²` numbers.
 pub fn largest_eigenvector(matrix: &[f64], n: usize) -> Option<Vec<f64>> {
+    largest_eigenvectors(matrix, n, 1)?.pop()
+}
+
+/// The eigenvectors of the `count` largest eigenvalues, or all if they are no more, that of the largest first; otherwise as [`largest_eigenvector`].
+///
+/// # Panics
+/// If the slice has not `n²` numbers.
+pub fn largest_eigenvectors(matrix: &[f64], n: usize, count: usize) -> Option<Vec<Vec<f64>>> {
     let found = MatRef::from_row_major_slice(matrix, n, n).self_adjoint_eigen(Side::Lower).ok()?;
     // Ascending.
-    let last = n.checked_sub(1)?;
-    let vector: Vec<f64> = (0..n).map(|i| found.U()[(i, last)]).collect();
-    vector.iter().all(|v| v.is_finite()).then_some(vector)
+    let vectors: Vec<Vec<f64>> = (0..n).rev().take(count).map(|j| (0..n).map(|i| found.U()[(i, j)]).collect()).collect();
+    vectors.iter().flatten().all(|v| v.is_finite()).then_some(vectors)
 }
 
 #[cfg(test)]

@@ -146,7 +146,7 @@ impl Mixture {
 
     /// One round: the expectation of what each lobe has of each direction, the lobes that make these most likely, and the mean log likelihood before.
     fn improved(&self, directions: &[WeightedDirection]) -> (Self, f64) {
-        let terms = self.terms();
+        let terms = self.weighted();
         // What each lobe has of each direction, a row a direction.
         let count = self.lobes.len();
         let mut shares = vec![0.0; count * directions.len()];
@@ -209,31 +209,27 @@ impl Mixture {
 
     /// Mean log likelihood of some directions.
     pub fn mean_log_likelihood(&self, directions: &[WeightedDirection]) -> f64 {
-        let terms = self.terms();
+        let terms = self.weighted();
         let mut row = vec![0.0; self.lobes.len()];
         let total: f64 = directions.iter().map(|d| d.weight).sum();
         directions.iter().map(|d| d.weight * terms.responsibilities(d.direction, &mut row)).sum::<f64>() / total
     }
 
-    /// Writes the share that each lobe has of a direction; they add up to 1.
-    pub fn responsibilities(&self, direction: DVec3, shares: &mut [f64]) {
-        self.terms().responsibilities(direction, shares);
-    }
-
-    fn terms(&self) -> Terms<'_> {
-        Terms { lobes: &self.lobes, at_axis: self.lobes.iter().map(|l| l.share.ln() + l.log_density(0.0)).collect() }
+    /// Its lobes with what responsibilities need, for many directions.
+    pub fn weighted(&self) -> WeightedLobes<'_> {
+        WeightedLobes { lobes: &self.lobes, at_axis: self.lobes.iter().map(|l| l.share.ln() + l.log_density(0.0)).collect() }
     }
 }
 
 /// Lobes with the logarithm of each one's weighted density at its axis.
-struct Terms<'a> {
+pub struct WeightedLobes<'a> {
     lobes: &'a [MixtureLobe],
     at_axis: Vec<f64>,
 }
 
-impl Terms<'_> {
-    /// Writes what each lobe has of a direction, and gives the log likelihood of the direction.
-    fn responsibilities(&self, direction: DVec3, shares: &mut [f64]) -> f64 {
+impl WeightedLobes<'_> {
+    /// Writes the share that each lobe has of a direction, which add up to 1, and gives the log likelihood of the direction.
+    pub fn responsibilities(&self, direction: DVec3, shares: &mut [f64]) -> f64 {
         for ((share, lobe), at_axis) in shares.iter_mut().zip(self.lobes).zip(&self.at_axis) {
             *share = at_axis - 0.5 * lobe.sharpness * direction.distance_squared(lobe.axis);
         }
@@ -440,7 +436,7 @@ mod tests {
                 prop_assert!(!weighs && found.lobes.is_empty() || (total - 1.0).abs() < 1e-6, "{:?}", found);
                 let mut shares = vec![0.0; found.lobes.len()];
                 for d in &directions {
-                    found.responsibilities(d.direction, &mut shares);
+                    found.weighted().responsibilities(d.direction, &mut shares);
                     let sum: f64 = shares.iter().sum();
                     prop_assert!(found.lobes.is_empty() || (sum - 1.0).abs() < 1e-12, "{sum}");
                 }

@@ -28,5 +28,5 @@ mod mixture;
 mod zonal;
 
 pub use lobe::{Lobe, integral_of_product};
-pub use mixture::{MAX_SHARPNESS, Mixture, MixtureLobe, Order, WeightedDirection, distinct};
+pub use mixture::{MAX_SHARPNESS, Mixture, MixtureLobe, Order, WeightedDirection, WeightedLobes, distinct};
 pub use zonal::{ZonalFit, ZonalProfile};

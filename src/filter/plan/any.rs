@@ -83,7 +83,7 @@ mod tests {
             "reference:bounces=0:first=8:doublings=64,30",
             "lowrank:paper:facets=500:directions=8:rates=8x12:energy=0.995,0.98",
             "lowrank:improved:facets=2048:normals=16:energy=0.9,1",
-            "sg:paper:facets=512:lobes=4:groups=4:amplitudes=non-negative:brdf=single:integral=closure",
+            "sg:paper:facets=512:lobes=4:modes=4:amplitudes=non-negative:brdf=single:integral=closure",
         ] {
             let plan: Plan = text.parse().unwrap();
             assert_eq!(plan.to_string(), text);

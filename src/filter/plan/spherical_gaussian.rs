@@ -63,8 +63,9 @@ pub struct SphericalGaussianPlan {
     pub facets: usize,
     /// Lobes of the normals of a surface.
     pub lobes: LobeCount,
-    /// Groups of them that share an amplitude: what is stored for each pair.
-    pub groups: usize,
+    /// Amplitudes of a surface that are stored for each pair: modes of the visibility of its lobes, or one a lobe if these are no more. By least squares each lobe
+    /// has its own.
+    pub modes: usize,
     /// How their amplitudes follow from visibility.
     pub amplitudes: AmplitudeFit,
     /// Lobes of a BRDF.
@@ -93,7 +94,7 @@ impl fmt::Display for SphericalGaussianPlan {
             LobeCount::Fixed(lobes) => write!(f, "{lobes}")?,
             LobeCount::Criterion => f.write_str("criterion")?,
         }
-        write!(f, ":groups={}:amplitudes={amplitudes}:brdf=", self.groups)?;
+        write!(f, ":modes={}:amplitudes={amplitudes}:brdf=", self.modes)?;
         match self.brdf {
             BrdfLobes::Single => f.write_str("single")?,
             BrdfLobes::Spaced(factor) => write!(f, "{factor}")?,
@@ -108,7 +109,7 @@ impl SphericalGaussianPlan {
         variant: Variant::Paper,
         facets: 8192,
         lobes: LobeCount::Fixed(8),
-        groups: 8,
+        modes: 8,
         amplitudes: AmplitudeFit::LeastSquares,
         brdf: BrdfLobes::Single,
         integral: ProductIntegral::Exact,
@@ -118,7 +119,7 @@ impl SphericalGaussianPlan {
         variant: Variant::Improved,
         facets: 2048,
         lobes: LobeCount::Fixed(32),
-        groups: 8,
+        modes: 8,
         amplitudes: AmplitudeFit::Responsibilities,
         brdf: BrdfLobes::Spaced(2.0),
         integral: ProductIntegral::Exact,
@@ -160,7 +161,7 @@ impl FromStr for SphericalGaussianPlan {
                 }
                 ("lobes", "criterion") => plan.lobes = LobeCount::Criterion,
                 ("lobes", value) => plan.lobes = LobeCount::Fixed(whole(value, 1..=MAX_LOBES)?),
-                ("groups", value) => plan.groups = whole(value, 1..=MAX_LOBES)?,
+                ("modes", value) => plan.modes = whole(value, 1..=MAX_LOBES)?,
                 ("amplitudes", "responsibilities") => plan.amplitudes = AmplitudeFit::Responsibilities,
                 ("amplitudes", "least-squares") => plan.amplitudes = AmplitudeFit::LeastSquares,
                 ("amplitudes", "non-negative") => plan.amplitudes = AmplitudeFit::NonNegative,
@@ -190,7 +191,7 @@ mod tests {
         let chosen = "sg:improved:lobes=criterion".parse::<SphericalGaussianPlan>().unwrap();
         assert_eq!(chosen.to_string().parse::<SphericalGaussianPlan>().unwrap(), chosen);
         let other = "sg:improved:integral=closure:lobes=3:brdf=single".parse::<SphericalGaussianPlan>().unwrap();
-        assert_eq!(other.to_string(), "sg:improved:facets=2048:lobes=3:groups=8:amplitudes=responsibilities:brdf=single:integral=closure");
+        assert_eq!(other.to_string(), "sg:improved:facets=2048:lobes=3:modes=8:amplitudes=responsibilities:brdf=single:integral=closure");
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! The method, from a surface and pairs to values with errors, and the search for a tolerance.
 
-use super::amplitudes::LobeFacets;
+use super::amplitudes::Amplitudes;
 use super::brdf_lobes::{BrdfLobe, brdf_lobes};
-use super::integrals::PairIntegral;
+use super::integrals::{PairIntegral, Room};
 use super::normals::NormalLobes;
 use crate::brdf::Colour;
 use crate::direction::Pair;
@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::facets::Facets;
 use crate::filter::control::Control;
 use crate::filter::facet_sampler::FacetSampler;
-use crate::filter::plan::{AmplitudeFit, BrdfLobes, LobeCount, MAX_LOBES, Plan, SphericalGaussianPlan, Variant};
+use crate::filter::plan::{BrdfLobes, LobeCount, MAX_LOBES, Plan, SphericalGaussianPlan, Variant};
 use crate::filter::probes::{ApproximationErrors, Probes, RawValue, values_with_error};
 use crate::filter::quality::{Method, Quality};
 use crate::filter::query::{Query, QueryEntry};
@@ -92,9 +92,9 @@ struct Run<'a> {
 struct RawValues {
     pairs: Vec<RawValue>,
     directions: usize,
-    /// Lobes of the normals of all surfaces, and groups of them.
+    /// Lobes of the normals of all surfaces, and amplitudes of a pair.
     lobes: usize,
-    groups: usize,
+    amplitudes: usize,
     /// Whether all distinct normals have a lobe.
     complete: bool,
     /// Of each surface: the number of its BRDF's lobes, and the relative RMS error of their sum.
@@ -142,14 +142,14 @@ impl<'a> Run<'a> {
     /// Values of a query by a plan, of whose facets it is known what they see.
     fn values_of(&mut self, plan: &SphericalGaussianPlan, query: &Query, seen: &VisibleFacets) -> Result<RawValues> {
         let mut values = vec![[0.0; 3]; query.pairs.len()];
-        let (mut lobes, mut groups, mut complete, mut brdf, mut bytes) = (0, 0, true, Vec::new(), 0);
+        let (mut lobes, mut amplitudes, mut complete, mut brdf, mut bytes) = (0, 0, true, Vec::new(), 0);
         for surface in 0..self.small.surfaces.len() {
             let one = self.timed(Stage::Lobes, |run| OneSurface::new(run.small, surface, seen, query, plan));
-            lobes += one.normals.lobes.len();
-            groups += one.normals.groups;
+            lobes += one.normals.densities.len();
+            amplitudes += one.amplitudes.count() * one.amplitudes.channels();
             complete &= one.normals.complete;
             brdf.push((one.brdf_lobes(), one.brdf_error()));
-            bytes += self.add_surface(&one, query, &mut values)?;
+            bytes += self.add_surface(&one, seen, query, &mut values)?;
         }
         let at = |entry: &Option<QueryEntry>| match entry {
             Some(e) => (values[e.pair as usize].map(|s| s.max(0.0)), seen.areas[e.viewer as usize]),
@@ -159,7 +159,7 @@ impl<'a> Run<'a> {
             pairs: query.entries.iter().map(at).collect(),
             directions: query.directions.len(),
             lobes,
-            groups,
+            amplitudes,
             complete,
             brdf,
             bytes,
@@ -167,18 +167,18 @@ impl<'a> Run<'a> {
     }
 
     /// Adds `S` of one surface to that of each pair; the bytes of its lobes and amplitudes.
-    fn add_surface(&mut self, one: &OneSurface<'_>, query: &Query, values: &mut [[f64; 3]]) -> Result<usize> {
+    fn add_surface(&mut self, one: &OneSurface<'_>, seen: &VisibleFacets, query: &Query, values: &mut [[f64; 3]]) -> Result<usize> {
         let tasks = query.tasks();
-        let mut bytes = size_of_val(&one.normals.lobes[..]);
+        let mut bytes = size_of_val(&one.normals.densities[..]) + one.amplitudes.bytes();
         let mut next = 0;
         while next < tasks.len() {
             self.control.check()?;
             let first = tasks[next].start;
             let end = next + tasks[next..].partition_point(|t| t.end <= first + PAIRS_AT_ONCE).max(1);
             let pairs = first..tasks[end - 1].end;
-            let amplitudes = self.timed(Stage::Amplitudes, |_| one.members.amplitudes(query, &tasks[next..end]));
-            bytes += size_of_val(&amplitudes[..]);
-            self.timed(Stage::Integrals, |_| one.integrate(query, pairs.clone(), &amplitudes, &mut values[pairs.clone()]));
+            let rows = self.timed(Stage::Amplitudes, |_| one.amplitudes.rows(seen, query, &tasks[next..end]));
+            bytes += size_of_val(&rows[..]);
+            self.timed(Stage::Integrals, |_| one.integrate(query, pairs.clone(), &rows, &mut values[pairs.clone()]));
             (self.control.progress)("sums", pairs.end as f64 / query.pairs.len() as f64);
             next = end;
         }
@@ -211,7 +211,7 @@ impl<'a> Run<'a> {
         let seen = self.see(&plan, &query)?;
         let of = |run: &mut Self, plan: &SphericalGaussianPlan| -> Result<(f64, bool)> {
             let raw = run.values_of(plan, &query, &seen)?;
-            Ok((alone.relative_difference(&exact, &raw.pairs), raw.complete && raw.groups == raw.lobes))
+            Ok((alone.relative_difference(&exact, &raw.pairs), raw.complete && raw.amplitudes >= raw.lobes))
         };
         let (mut bias, mut complete) = of(self, &plan)?;
         let LobeCount::Fixed(mut lobes) = plan.lobes else { unreachable!("a search starts from a number") };
@@ -224,8 +224,8 @@ impl<'a> Run<'a> {
             // Whatever helps more: a finer density, or a finer visibility. Each round doubles one of them, so the search ends.
             let doubled = (2 * lobes).min(MAX_LOBES);
             let finer = (doubled > lobes).then_some(SphericalGaussianPlan { lobes: LobeCount::Fixed(doubled), ..plan });
-            let groups = (2 * plan.groups).min(lobes);
-            let more = (groups > plan.groups).then_some(SphericalGaussianPlan { groups, ..plan });
+            let modes = (2 * plan.modes).min(lobes);
+            let more = (modes > plan.modes).then_some(SphericalGaussianPlan { modes, ..plan });
             let of_finer = finer.map(|plan| of(self, &plan)).transpose()?;
             let of_more = more.map(|plan| of(self, &plan)).transpose()?;
             match (finer.zip(of_finer), more.zip(of_more)) {
@@ -255,9 +255,9 @@ impl<'a> Run<'a> {
             ));
         }
         self.notes.push(format!(
-            "{} lobes of normals in {} groups; {:.2} MB for them and their amplitudes",
+            "{} lobes of normals, {} amplitudes a pair; {:.2} MB for both",
             raw.lobes,
-            raw.groups,
+            raw.amplitudes,
             raw.bytes as f64 / 1e6
         ));
         let given_up = self.sampler.given_up();
@@ -286,28 +286,24 @@ impl<'a> Run<'a> {
     }
 }
 
-/// Lobes of one surface: of its normals, with the facets that count for them, and of its BRDF.
+/// Lobes of one surface: of its normals, with their amplitudes, and of its BRDF.
 struct OneSurface<'r> {
     plan: SphericalGaussianPlan,
     normals: NormalLobes,
-    members: LobeFacets<'r>,
+    amplitudes: Amplitudes<'r>,
     constant: Colour,
     brdf: Vec<BrdfLobe<'r>>,
-    /// Whether facets have colours of their own.
-    tinted: bool,
 }
 
 impl<'r> OneSurface<'r> {
     fn new(small: &'r SmallScale, surface: usize, seen: &'r VisibleFacets, query: &Query, plan: &SphericalGaussianPlan) -> Self {
         let material = &small.surfaces[surface];
         let range = seen.facets.ranges[surface].clone();
-        // By least squares each lobe has its own amplitude.
-        let groups = if plan.amplitudes == AmplitudeFit::Responsibilities { plan.groups } else { usize::MAX };
-        let normals = NormalLobes::new(seen, &query.directions, range.clone(), plan.lobes, groups);
+        let normals = NormalLobes::new(seen, range.clone(), plan.lobes);
         let (tint, tinted) = if let Tint::Uniform(tint) = material.tint { (tint, false) } else { ([1.0; 3], true) };
-        let members = LobeFacets::new(seen, range, &normals, plan.amplitudes, tinted);
+        let amplitudes = Amplitudes::new(seen, range, &normals, query, plan.amplitudes, plan.modes, tinted);
         let (constant, brdf) = brdf_lobes(&material.brdf, tint, plan.brdf);
-        Self { plan: *plan, normals, members, constant, brdf, tinted }
+        Self { plan: *plan, normals, amplitudes, constant, brdf }
     }
 
     /// Spherical Gaussians of the BRDF.
@@ -320,24 +316,23 @@ impl<'r> OneSurface<'r> {
         self.brdf.iter().map(|b| b.relative_rms).fold(0.0, f64::max)
     }
 
-    /// Adds `S` of the pairs `range` of the query, whose amplitudes are `amplitudes`.
-    fn integrate(&self, query: &Query, range: Range<usize>, amplitudes: &[super::amplitudes::Amplitude], values: &mut [[f64; 3]]) {
-        let groups = self.normals.groups;
-        if groups == 0 {
+    /// Adds `S` of the pairs `range` of the query, whose amplitudes are `rows`.
+    fn integrate(&self, query: &Query, range: Range<usize>, rows: &[f32], values: &mut [[f64; 3]]) {
+        if self.normals.densities.is_empty() {
             return;
         }
-        let rows = values.par_iter_mut().zip(amplitudes.par_chunks_exact(groups)).zip(&query.pairs[range]);
-        rows.for_each_init(Default::default, |scratch, ((value, amplitudes), pair)| {
+        let rows = values.par_iter_mut().zip(rows.par_chunks_exact(self.amplitudes.row())).zip(&query.pairs[range]);
+        rows.for_each_init(Room::default, |room, ((value, row), pair)| {
             let integral = PairIntegral {
-                normals: &self.normals.lobes,
-                amplitudes,
-                tinted: self.tinted,
+                normals: &self.normals.densities,
+                amplitudes: &self.amplitudes,
+                row,
                 fit: self.plan.amplitudes,
                 integral: self.plan.integral,
                 constant: self.constant,
                 brdf: &self.brdf,
                 directions: pair.map(|d| query.directions[d as usize]),
-                scratch,
+                room,
             };
             let s = simd::run(integral);
             (0..3).for_each(|c| value[c] += s[c]);

@@ -7,15 +7,23 @@
 //! | file | in -> out |
 //! |---|---|
 //! | `normals` | facets of a surface -> lobes of their normals |
-//! | `amplitudes` | lobes, and what a pair sees -> the amplitude of each lobe for the pair |
+//! | `lobe_areas` | facets of each lobe, and what a pair sees -> the visible area of each lobe |
+//! | `least_squares` | sums over facets -> the area of each lobe, as published |
+//! | `products` | a lobe of the normals, lobes about the half vector -> integrals of their products |
+//! | `modes` | visible areas of many lobes -> few amplitudes, and back |
+//! | `amplitudes` | a query -> amplitudes of each pair |
 //! | `brdf_lobes` | a BRDF -> lobes about the half vector |
-//! | `integrals` | lobes of both -> `S` of a pair, in f32 lanes |
+//! | `integrals` | lobes of both, amplitudes -> `S` of a pair, in f32 lanes |
 //! | `method` | a surface and pairs -> values with errors; the search for a tolerance |
 
 mod amplitudes;
 mod brdf_lobes;
 mod integrals;
+mod least_squares;
+mod lobe_areas;
 mod method;
+mod modes;
 mod normals;
+mod products;
 
 pub(super) use method::spherical_gaussians;

@@ -1,0 +1,124 @@
+//! Integrals of a lobe of the normals times lobes of a BRDF about the half vector, with the BRDF's other factors, in f32 lanes over the latter.
+//!
+//! The factors of a BRDF that are no lobe (cosines, Smith's masking) are taken at the axis of the product, the normal that counts most in the integral.
+
+use crate::filter::lobes::{Half, Masking, exp};
+use crate::sg::Lobe;
+use crate::simd::{LANES, Lanes};
+use glam::{DVec3, Vec3};
+use std::f32::consts::PI;
+
+/// Directions of a pair.
+#[derive(Clone, Copy, Debug)]
+pub struct PairAxes {
+    /// To the light.
+    wi: Vec3,
+    /// To the viewer.
+    wo: Vec3,
+    /// Their half vector.
+    h: Vec3,
+}
+
+impl PairAxes {
+    /// Of two directions, to the light and to the viewer.
+    pub fn new([wi, wo]: [DVec3; 2]) -> Self {
+        Self { wi: wi.as_vec3(), wo: wo.as_vec3(), h: Vec3::from(Half::new(wi, wo).h) }
+    }
+
+    /// Squared distance of a lobe's axis from the half vector.
+    #[inline(always)]
+    pub fn distance_squared(&self, density: &Lobe) -> f32 {
+        density.axis.distance_squared(self.h)
+    }
+
+    /// `n·wi` and `n·wo`, at least 0, at the axis `n` of the product of a lobe of normals and each of some lobes about the half vector.
+    #[inline(always)]
+    pub fn cosines(&self, density: &Lobe, sharpness: &Lanes) -> [Lanes; 2] {
+        let (mut cos_i, mut cos_o) = ([0.0; LANES], [0.0; LANES]);
+        let of_axis = [density.axis.dot(self.wi), density.axis.dot(self.wo)];
+        let of_half = [self.h.dot(self.wi), self.h.dot(self.wo)];
+        let axis_dot_half = density.axis.dot(self.h);
+        for l in 0..LANES {
+            // Shares of both axes in the sum, scaled so that sharpness of 1e8 does not overflow when squared.
+            let total = density.sharpness + sharpness[l];
+            let share = if total > 0.0 { sharpness[l] / total } else { 0.0 };
+            let other = 1.0 - share;
+            let length2 = share * share + other * other + 2.0 * share * other * axis_dot_half;
+            let inverse = 1.0 / length2.max(1e-12).sqrt();
+            cos_i[l] = ((other * of_axis[0] + share * of_half[0]) * inverse).clamp(0.0, 1.0);
+            cos_o[l] = ((other * of_axis[1] + share * of_half[1]) * inverse).clamp(0.0, 1.0);
+        }
+        [cos_i, cos_o]
+    }
+}
+
+/// `masking(n·wi) masking(n·wo)` where both cosines are above 0, else 0.
+#[inline(always)]
+pub fn masked([cos_i, cos_o]: &[Lanes; 2], masking: Masking) -> Lanes {
+    let (to_light, to_viewer) = (masking.eval(cos_i), masking.eval(cos_o));
+    let mut factors = [0.0; LANES];
+    for l in 0..LANES {
+        factors[l] = if cos_i[l] > 0.0 && cos_o[l] > 0.0 { to_light[l] * to_viewer[l] } else { 0.0 };
+    }
+    factors
+}
+
+/// Twin of [`crate::sg::integral_of_product`] for many lobes of a BRDF.
+#[inline(always)]
+pub fn exact(l1: f32, l2: &Lanes, d2: f32) -> Lanes {
+    let mut out = [0.0; LANES];
+    for l in 0..LANES {
+        let sum = (l1 + l2[l]).max(f32::MIN_POSITIVE);
+        let reduced = l1 * (l2[l] / sum);
+        let length = sum * (1.0 - (reduced / sum) * d2).max(0.0).sqrt();
+        out[l] = 4.0 * PI * exp(-reduced * d2 * (sum / (length + sum))) * g(2.0 * length);
+    }
+    out
+}
+
+/// The closure in one lobe (eq. 14).
+#[inline(always)]
+pub fn closure(l1: f32, l2: &Lanes, d2: f32) -> Lanes {
+    let mut out = [0.0; LANES];
+    for l in 0..LANES {
+        let sum = (l1 + l2[l]).max(f32::MIN_POSITIVE);
+        out[l] = 4.0 * PI * exp(-0.5 * l1 * (l2[l] / sum) * d2) * g(2.0 * sum);
+    }
+    out
+}
+
+/// `(1 - e^-x) / x` for `x >= 0`.
+#[inline(always)]
+fn g(x: f32) -> f32 {
+    // Where 1 - e^-x cancels, its series; below 1e-6 relative on both sides of the change.
+    let series = 1.0 - x * (0.5 - x * (1.0 / 6.0 - x * (1.0 / 24.0 - x * (1.0 / 120.0))));
+    let plain = (1.0 - exp(-x)) / x.max(f32::MIN_POSITIVE);
+    if x < 0.2 { series } else { plain }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sg::integral_of_product;
+
+    #[test]
+    fn lanes_integrate_as_the_plain_function_does() {
+        let sharpness: Lanes = std::array::from_fn(|l| if l == 0 { 0.0 } else { 10_f32.powf(l as f32 - 6.0) });
+        for l1 in [0.0, 1e-4, 0.3, 7.0, 1e3, 1e8] {
+            for d2 in [0.0, 1e-6, 1e-2, 0.7, 3.0, 4.0] {
+                for (l2, got) in sharpness.iter().zip(exact(l1, &sharpness, d2)) {
+                    let expected = integral_of_product(l1, *l2, d2);
+                    // The lanes' exponential ends at 2^-80.
+                    assert!((got - expected).abs() <= 2e-5 * expected + 1e-22, "{l1}, {l2}, {d2}: {got:e} for {expected:e}");
+                }
+                for (l2, got) in sharpness.iter().zip(closure(l1, &sharpness, d2)) {
+                    let (a, b) =
+                        (Lobe { axis: Vec3::Z, sharpness: l1, amplitude: 1.0 }, Lobe { axis: Vec3::Z, sharpness: *l2, amplitude: 1.0 });
+                    let closed = a.product_closure(&b);
+                    let expected = closed.amplitude * (-0.5 * closed.sharpness * d2).exp();
+                    assert!((got - expected).abs() <= 2e-5 * expected + 1e-22, "{l1}, {l2}, {d2}: {got:e} for {expected:e}");
+                }
+            }
+        }
+    }
+}
