@@ -64,14 +64,9 @@ fn large_height_field() -> SmallScale {
         .map(|k| DVec3::new((k % side) as f64 / NODES as f64, (k / side) as f64 / NODES as f64, height(k % side, k / side)))
         .collect();
     let place = |i: usize, j: usize| u32::try_from(j * side + i).expect("fewer than 2^32 nodes");
-    let triangles: Vec<[u32; 3]> = (0..NODES * NODES)
-        .flat_map(|k| {
-            let (i, j) = (k % NODES, k / NODES);
-            let (a, b, c, d) = (place(i, j), place(i + 1, j), place(i + 1, j + 1), place(i, j + 1));
-            [[a, b, c], [a, c, d]]
-        })
-        .collect();
     let heights = (0..NODES * NODES).map(|k| height(k % NODES, k / NODES)).collect();
+    let grid = HeightGrid { columns: NODES, rows: NODES, heights };
+    let triangles: Vec<[u32; 3]> = grid.triangles().map(|corners| corners.map(|(i, j)| place(i, j))).collect();
     let count = triangles.len();
     let tile = Tile {
         vertices,
@@ -80,7 +75,7 @@ fn large_height_field() -> SmallScale {
         parts: vec!["all".into()],
         uv: None,
         period: DVec2::ONE,
-        grid: Some(HeightGrid { columns: NODES, rows: NODES, heights }),
+        grid: Some(grid),
         notes: Vec::new(),
     };
     SmallScale { tile, surfaces: vec![common::whole(common::diffuse())], surface_of_triangle: vec![0; count] }

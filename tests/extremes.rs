@@ -299,6 +299,30 @@ fn a_surface_a_millionth_as_high_as_wide_looks_flat() {
 }
 
 #[test]
+fn white_noise_of_heights_has_no_preferred_direction() {
+    let folder = tempfile::tempdir().unwrap();
+    // A pixel is .01 wide; neighbours differ by .6 of that, in the root mean square.
+    let mut state = 1_u32;
+    let mut heights = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        image::Luma([u16::try_from(state >> 16).unwrap()])
+    };
+    image::ImageBuffer::from_fn(192, 192, |_, _| heights()).save(folder.path().join("noise.png")).unwrap();
+    let height = 0.6 * 0.01 * 6.0_f64.sqrt();
+    let file = folder.path().join("noise.png");
+    let field =
+        format!("kind = \"height-field\"\nfile = {:?}\nwidth = 1.92\nheight = {height}\nresolution = 192", file.display().to_string());
+    // To the left and to the right of the light.
+    let sides = |light: f64| [90.0, -90.0].map(|turn| pair(60.0, light, 60.0, light + turn));
+    let pairs: Vec<Pair> = [0.0, 45.0, 90.0].into_iter().flat_map(sides).collect();
+    let values = reference(&surface(&field, LAMBERT), &pairs, 0.003).values;
+    for (two, light) in values.chunks(2).zip([0, 45, 90]) {
+        let ratio = two[0].fbar[0] / two[1].fbar[0];
+        assert!((ratio - 1.0).abs() < 0.03, "light from {light} degrees: {ratio}");
+    }
+}
+
+#[test]
 fn a_surface_a_thousand_times_as_high_as_wide_has_its_closed_form() {
     let depth = 1e3;
     let groove = v_groove(1.0, depth, LAMBERT);

@@ -24,7 +24,7 @@ pub struct Tile {
 }
 
 /// A periodic height field: node `(i, j)` lies at `(i, j) * period / (columns, rows)`; node `(columns, j)` is node `(0, j)`.
-/// Each cell is cut along the diagonal from node `(i, j)` to `(i + 1, j + 1)`.
+/// Each cell is cut along one of its diagonals: [`HeightGrid::rises`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeightGrid {
     /// Nodes along x in one period.
@@ -33,6 +33,34 @@ pub struct HeightGrid {
     pub rows: usize,
     /// `rows` rows of `columns` heights, row `j = 0` at y = 0.
     pub heights: Vec<f64>,
+}
+
+impl HeightGrid {
+    /// The heights at the corners of the cell above and to the right of node `(i, j)`, counter-clockwise from that node.
+    pub fn corners(&self, i: usize, j: usize) -> [f64; 4] {
+        let next = |k: usize, size: usize| if k + 1 == size { 0 } else { k + 1 };
+        let (right, up) = (next(i, self.columns), next(j, self.rows) * self.columns);
+        [self.heights[j * self.columns + i], self.heights[j * self.columns + right], self.heights[up + right], self.heights[up + i]]
+    }
+
+    /// Whether a cell with these [corners](Self::corners) is cut from node `(i, j)` to `(i + 1, j + 1)`, and not along the other diagonal.
+    ///
+    /// It is cut along the shorter one, whose ends differ less in height, so that no direction is preferred: cut all the same way, the normals of white noise
+    /// have slopes along x and y that go together. Where both are equal (a saddle) neighbours are cut differently.
+    #[inline(always)]
+    pub fn rises([low, right, far, up]: [f64; 4], i: usize, j: usize) -> bool {
+        let (rising, falling) = ((far - low).abs(), (up - right).abs());
+        rising < falling || rising == falling && (i + j).is_multiple_of(2)
+    }
+
+    /// The two triangles of each cell, row by row, counter-clockwise, by their nodes `(i, j)`; node `(columns, j)` stands a period after node `(0, j)`.
+    pub fn triangles(&self) -> impl Iterator<Item = [(usize, usize); 3]> + '_ {
+        let cells = (0..self.rows).flat_map(|j| (0..self.columns).map(move |i| (i, j)));
+        cells.flat_map(|(i, j)| {
+            let (low, right, far, up) = ((i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1));
+            if Self::rises(self.corners(i, j), i, j) { [[low, right, far], [low, far, up]] } else { [[low, right, up], [right, far, up]] }
+        })
+    }
 }
 
 impl Tile {

@@ -12,7 +12,7 @@
 
 use super::rays::MAX_PERIODS;
 use crate::direction::MIN_COSINE;
-use crate::geometry::Tile;
+use crate::geometry::{HeightGrid, Tile};
 use crate::numerics::cast::truncate_usize;
 use glam::{DVec2, DVec3};
 
@@ -155,10 +155,15 @@ impl Horizon {
                         slope = slope.max((height - origin.z) / at);
                     }
                 };
-                // The diagonal is where both positions within the cell are equal.
-                let diagonal = (y.start - y.passed - y.cell as f64 - (x.start - x.passed - x.cell as f64)) / (x.speed - y.speed);
+                // A rising diagonal is where both positions within the cell are equal, a falling one where they add up to 1.
+                let (from_left, from_below) = (x.start - x.passed - x.cell as f64, y.start - y.passed - y.cell as f64);
+                let (diagonal, from, to) = if HeightGrid::rises([low, right, far, up], x.cell, y.cell) {
+                    ((from_below - from_left) / (x.speed - y.speed), low, far)
+                } else {
+                    ((1.0 - from_below - from_left) / (x.speed + y.speed), right, up)
+                };
                 if diagonal > t && diagonal < exit {
-                    see(low + x.within(diagonal) * (far - low), diagonal);
+                    see(from + y.within(diagonal) * (to - from), diagonal);
                 }
                 let height = if exit_x <= exit_y {
                     let (a, b) = if x.speed > 0.0 { (right, far) } else { (low, up) };
@@ -193,7 +198,15 @@ impl Horizon {
     /// Slope of the facet at the start of a march.
     fn own_slope(&self, x: &Axis, y: &Axis) -> f64 {
         let [low, right, far, up] = self.corners(x, y);
-        let (dx, dy) = if x.within(0.0) >= y.within(0.0) { (right - low, far - right) } else { (far - up, up - low) };
+        let (left, below) = (x.within(0.0), y.within(0.0));
+        let rises = HeightGrid::rises([low, right, far, up], x.cell, y.cell);
+        let lower = if rises { left >= below } else { left + below <= 1.0 };
+        let (dx, dy) = match (rises, lower) {
+            (true, true) => (right - low, far - right),
+            (true, false) => (far - up, up - low),
+            (false, true) => (right - low, up - low),
+            (false, false) => (far - up, far - right),
+        };
         dx * x.speed + dy * y.speed
     }
 }
@@ -277,7 +290,9 @@ mod tests {
     fn azimuths_along_grid_lines_and_diagonals_agree_with_rays() {
         let tile = rough(DVec2::ONE, 10, 0.4, 9);
         let half = 0.5_f64.sqrt();
-        for azimuth in [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0), (half, half), (-half, half), (-half, -half), (1.0, -0.0)] {
+        for azimuth in
+            [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0), (half, half), (-half, half), (-half, -half), (half, -half), (1.0, -0.0)]
+        {
             compare(&tile, 1_000, 10, |_| azimuth);
         }
     }

@@ -53,14 +53,9 @@ pub(crate) fn height_field(period: DVec2, columns: usize, rows: usize, height: i
     };
     let vertices = (0..=rows).flat_map(|j| (0..=columns).map(move |i| (i, j))).map(|(i, j)| node(i, j)).collect();
     let place = |i: usize, j: usize| (j * (columns + 1) + i) as u32;
-    let triangles = (0..rows)
-        .flat_map(|j| (0..columns).map(move |i| (i, j)))
-        .flat_map(|(i, j)| {
-            let (a, b, c, d) = (place(i, j), place(i + 1, j), place(i + 1, j + 1), place(i, j + 1));
-            [[a, b, c], [a, c, d]]
-        })
-        .collect();
-    Tile { grid: Some(HeightGrid { columns, rows, heights }), ..tile(period, vertices, triangles) }
+    let grid = HeightGrid { columns, rows, heights };
+    let triangles = grid.triangles().map(|corners| corners.map(|(i, j)| place(i, j))).collect();
+    Tile { grid: Some(grid), ..tile(period, vertices, triangles) }
 }
 
 /// A rough height field with heights in `0..=amplitude`.

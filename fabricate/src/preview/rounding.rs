@@ -91,7 +91,7 @@ pub(super) fn on_grid(surface: &SmallScale, heights: &[f64]) -> Result<SmallScal
     let tile = &surface.tile;
     let cell = tile.period / NODES as f64;
     let mut out = bare_tile(tile.parts.clone(), tile.period);
-    out.grid = Some(HeightGrid { columns: NODES, rows: NODES, heights: heights.to_vec() });
+    let grid = HeightGrid { columns: NODES, rows: NODES, heights: heights.to_vec() };
     for j in 0..=NODES {
         for i in 0..=NODES {
             out.vertices.push((DVec2::new(i as f64, j as f64) * cell).extend(heights[j % NODES * NODES + i % NODES]));
@@ -103,20 +103,16 @@ pub(super) fn on_grid(surface: &SmallScale, heights: &[f64]) -> Result<SmallScal
     }
     let mut surface_of_triangle = Vec::new();
     let mut uv = Vec::new();
-    for j in 0..NODES {
-        for i in 0..NODES {
-            let k = u32::try_from(j * (NODES + 1) + i).expect("few");
-            let m = u32::try_from(NODES + 1).expect("few");
-            for corners in [[k, k + 1, k + m + 1], [k, k + m + 1, k + m]] {
-                let middle = corners.iter().map(|&c| out.vertices[c as usize].truncate()).sum::<DVec2>() / 3.0;
-                let below = below(tile, middle);
-                out.triangles.push(corners);
-                out.part_of_triangle.push(tile.part_of_triangle[below]);
-                surface_of_triangle.push(surface.surface_of_triangle[below]);
-                uv.push(corners.map(|c| out.vertices[c as usize].truncate() / tile.period));
-            }
-        }
+    for corners in grid.triangles() {
+        let corners = corners.map(|(i, j)| u32::try_from(j * (NODES + 1) + i).expect("few"));
+        let middle = corners.iter().map(|&c| out.vertices[c as usize].truncate()).sum::<DVec2>() / 3.0;
+        let below = below(tile, middle);
+        out.triangles.push(corners);
+        out.part_of_triangle.push(tile.part_of_triangle[below]);
+        surface_of_triangle.push(surface.surface_of_triangle[below]);
+        uv.push(corners.map(|c| out.vertices[c as usize].truncate() / tile.period));
     }
+    out.grid = Some(grid);
     out.uv = tile.uv.as_ref().map(|_| uv);
     Ok(SmallScale { tile: out, surfaces: surface.surfaces.clone(), surface_of_triangle })
 }

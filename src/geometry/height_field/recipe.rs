@@ -13,6 +13,9 @@ use crate::toml_reader::range;
 use glam::DVec2;
 use std::path::PathBuf;
 
+/// A grid of a larger [`Grid::coarseness`] is noted: about that of white noise blurred by one and a half pixels. Chosen, not measured.
+const COARSE: f64 = 0.8;
+
 /// Parameters of this kind.
 pub const PARAMS: &[Param] = &[
     Param {
@@ -180,6 +183,14 @@ impl HeightField {
             let problem = format!("the period is {} x {}", period.x, period.y);
             let bad = BadInput::new(problem, "choose a pixel size that gives 1e-6 to 1e6").in_file(&self.file).at_field("geometry.pixel");
             return Err(bad.into());
+        }
+        let coarseness = grid.coarseness();
+        if coarseness > COARSE {
+            notes.push(format!(
+                "the image is coarse: from pixel to pixel slopes change by {:.0} % of their size (rms), and what lies between pixels decides how the \
+                 surface looks; use a finer image, or blur this one by two pixels",
+                100.0 * coarseness
+            ));
         }
         let tile = grid.into_tile(notes);
         Ok(tile.clean().map_err(|bad| bad.in_file(&self.file))?)

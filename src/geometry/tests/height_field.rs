@@ -25,13 +25,19 @@ fn the_lowest_row_of_an_image_lies_at_y_0_and_the_grid_is_the_surface() {
         let node = (*corner / DVec3::new(0.5, 0.5, 1.0)).round();
         assert_eq!(corner.z, grid.heights[(node.y as usize % 3) * 4 + node.x as usize % 4], "{corner}");
     }
-    // Every triangle belongs to a cell cut from (i, j) to (i + 1, j + 1).
+    // Every triangle belongs to a cell cut along its shorter diagonal.
     for (t, uv) in tile.uv.as_ref().unwrap().iter().enumerate() {
         let corners = tile.corners(t);
         for k in 0..3 {
             assert!((corners[k].truncate() / tile.period - uv[k]).length() < 1e-12, "uv is the position over the tile");
-            let edge = ((corners[(k + 1) % 3] - corners[k]) / 0.5).round();
-            assert!(edge.x * edge.y >= 0.0, "no edge runs along the other diagonal");
+            let [from, to] = [corners[k], corners[(k + 1) % 3]].map(|c| (c.truncate() / 0.5).round());
+            let step = to - from;
+            if step.x * step.y != 0.0 {
+                let low = from.min(to);
+                let [a, right, far, up] = grid.corners(low.x as usize, low.y as usize);
+                let (own, other) = if step.x * step.y > 0.0 { (far - a, up - right) } else { (up - right, far - a) };
+                assert!(own.abs() <= other.abs(), "the cell at {low} is cut along its longer diagonal");
+            }
         }
     }
     assert_eq!(open_edges(&tile), 0);
