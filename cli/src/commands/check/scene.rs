@@ -1,6 +1,6 @@
 //! What `biscale check` says of a scene file.
 
-use biscale::render::{Light, Scene, Shape};
+use biscale::render::{Blend, Light, Object as SceneObject, Projection, Scene, Shape, Tint};
 use serde::Serialize;
 use std::fmt;
 
@@ -30,6 +30,30 @@ struct Object {
     triangles: Option<usize>,
     /// Parts with their materials.
     parts: Vec<Part>,
+    /// What the materials of the parts are multiplied by.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    tints: Vec<&'static str>,
+    /// Layers over the parts, the lowest first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    layers: Vec<Layer>,
+    /// How the layers lie over each other.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    blend: Option<&'static str>,
+    /// Pixels of the normal map.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    normal_map: Option<[usize; 2]>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct Layer {
+    material: String,
+    file: String,
+    /// Pixels of its mask.
+    mask: [usize; 2],
+    projection: &'static str,
+    inverted: bool,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    tints: Vec<&'static str>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -38,6 +62,28 @@ struct Part {
     part: Option<String>,
     material: String,
     file: String,
+}
+
+/// The keys of the tints that there are.
+fn tints(tint: &Tint) -> Vec<&'static str> {
+    let there = [("tint", tint.colour != [1.0; 3]), ("tint_texture", tint.image.is_some()), ("tint_vertex_colors", tint.vertex_colours)];
+    there.into_iter().filter(|t| t.1).map(|t| t.0).collect()
+}
+
+/// The layers of an object.
+fn layers(object: &SceneObject, scene: &Scene) -> Vec<Layer> {
+    let one = |layer: &biscale::render::Layer| {
+        let material = &scene.materials[layer.material].material;
+        Layer {
+            material: material.name.clone(),
+            file: material.file.display().to_string(),
+            mask: layer.mask.image.size(),
+            projection: if layer.mask.projection == Projection::Uv { "uv" } else { "planar" },
+            inverted: layer.mask.invert,
+            tints: tints(&layer.tint),
+        }
+    };
+    object.covering.layers.iter().map(one).collect()
 }
 
 impl Report {
@@ -54,7 +100,21 @@ impl Report {
                 Part { part, material: material.name.clone(), file: material.file.display().to_string() }
             };
             let parts = names.into_iter().zip(&object.materials).map(part).collect();
-            Object { object: object.label.clone(), triangles, parts }
+            let covering = &object.covering;
+            let blend = match covering.blend {
+                _ if covering.layers.is_empty() => None,
+                Blend::Over => Some("over"),
+                Blend::Sum => Some("sum"),
+            };
+            Object {
+                object: object.label.clone(),
+                triangles,
+                parts,
+                tints: tints(&covering.tint),
+                layers: layers(object, scene),
+                blend,
+                normal_map: covering.normal_map.as_ref().map(|map| map.image.size()),
+            }
         });
         let points = scene.lights.iter().filter(|l| matches!(l, Light::Point { .. })).count();
         Self {
@@ -72,18 +132,29 @@ impl Report {
     }
 }
 
+/// The tints of a line, if there are any.
+fn tinted(tints: &[&str]) -> String {
+    if tints.is_empty() { String::new() } else { format!(", times {}", tints.join(", ")) }
+}
+
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { width, height, samples, directional_lights, point_lights, environment_lights, .. } = self;
         writeln!(f, "  name      {}", self.name)?;
         writeln!(f, "  picture   {width} x {height} pixels of {samples} samples")?;
         writeln!(f, "  lights    {directional_lights} directional, {point_lights} point, {environment_lights} for the environment")?;
-        for Object { object, triangles, parts } in &self.objects {
+        for Object { object, triangles, parts, tints, layers, blend, normal_map } in &self.objects {
             let triangles = triangles.map_or(String::new(), |n| format!(", {n} triangles"));
-            writeln!(f, "  object    {object}{triangles}")?;
+            let map = normal_map.map_or(String::new(), |[w, h]| format!(", normal map of {w} x {h} pixels"));
+            writeln!(f, "  object    {object}{triangles}{map}")?;
             for Part { part, material, file } in parts {
                 let part = part.as_ref().map_or(String::new(), |p| format!("{p}: "));
-                writeln!(f, "            {part}{material} ({file})")?;
+                writeln!(f, "            {part}{material} ({file}){}", tinted(tints))?;
+            }
+            for Layer { material, file, mask: [w, h], projection, inverted, tints } in layers {
+                let blend = blend.unwrap_or_default();
+                let inverted = if *inverted { ", inverted" } else { "" };
+                writeln!(f, "            {blend}: {material} ({file}){}, mask of {w} x {h} pixels, {projection}{inverted}", tinted(tints))?;
             }
         }
         writeln!(f, "  render    {}", self.would_run)
