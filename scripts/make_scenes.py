@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes what the sample scenes are made of: meshes of large-scale objects, height fields, and an environment map reduced.
+"""Makes what the sample scenes are made of: meshes of large-scale objects, masks, height fields, and an environment map reduced.
 
 usage: scripts/make_scenes.py FOLDER [PANORAMA.hdr]
 
@@ -170,6 +170,73 @@ def logo(path):
     mesh.write(path)
 
 
+def segment_distance(p, a, b):
+    """Distance of a point from the line between two."""
+    ab, ap = (b[0] - a[0], b[1] - a[1]), (p[0] - a[0], p[1] - a[1])
+    t = max(0, min(1, (ab[0] * ap[0] + ab[1] * ap[1]) / (ab[0] ** 2 + ab[1] ** 2)))
+    return math.hypot(ap[0] - t * ab[0], ap[1] - t * ab[1])
+
+
+def emblem(path, n=512):
+    """A mask: a ring around a "b" whose bowl is cut from a row of grooves; shares of pixels from distances, x and y in -1..1."""
+    grooves = [(-0.04 + 0.11 * k, 0.16 if k % 2 else -0.16) for k in range(5)]
+    zigzag = list(zip(grooves, grooves[1:]))
+
+    def distance(p):
+        """To the border, below 0 inside."""
+        r = math.hypot(*p)
+        ring = abs(r - 0.86) - 0.08
+        stem = segment_distance(p, (-0.34, 0.58), (-0.34, -0.5)) - 0.1
+        bowl = abs(math.hypot(p[0] - 0.08, p[1] + 0.14) - 0.4) - 0.1
+        line = min(segment_distance((p[0] + 0.1, p[1] + 0.14), a, b) for a, b in zigzag) - 0.035
+        return min(ring, stem, bowl, line)
+
+    pixel = 2 / n
+    place = lambda i, j: (pixel * (i + 0.5) - 1, 1 - pixel * (j + 0.5))
+    share = lambda d: max(0, min(1, 0.5 - d / pixel))
+    png(path, n, n, [round(255 * share(distance(place(i, j)))) for j in range(n) for i in range(n)])
+
+
+def board(path, n=512, squares=8):
+    """A mask: the dark squares of a chess board; the lower left one is dark."""
+    square = lambda k: k * squares // n
+    png(path, n, n, [255 * ((square(i) + square(n - 1 - j)) % 2 == 0) for j in range(n) for i in range(n)])
+
+
+def lathe(path, what, profile, segments=40):
+    """A surface of revolution with u around and v along the profile (radius, height), bottom first outside."""
+    mesh = Mesh(what)
+    lengths = [0]
+    for p, q in zip(profile, profile[1:]):
+        lengths.append(lengths[-1] + math.dist(p, q))
+    # The seam has two columns at exactly the same places, for u = 0 and u = 1.
+    angle = lambda j: math.tau * (j % segments) / segments
+    place = lambda i, j: (profile[i][0] * math.cos(angle(j)), profile[i][0] * math.sin(angle(j)), profile[i][1])
+    mesh.part("piece")
+    mesh.grid(len(profile), segments + 1, place, uv=lambda i, j: (j / segments, lengths[i] / lengths[-1]))
+    mesh.write(path)
+
+
+def chess(folder):
+    """Pieces that are surfaces of revolution, on bases of radius .5 and less; a unit is a square of the board."""
+    foot = lambda r: [(0, 0), (0.85 * r, 0), (0.98 * r, 0.03), (r, 0.08), (0.98 * r, 0.14), (0.86 * r, 0.18), (0.8 * r, 0.24)]
+    ball = lambda r, z, begin: [(r * math.sin(a), z - r * math.cos(a)) for a in (begin + (math.pi - begin) * k / 10 for k in range(10))] + [(0, z + r)]
+    collar = lambda r, z: [(r - 0.04, z - 0.03), (r, z), (r - 0.04, z + 0.03)]
+    stem = lambda points: curve(points, 5)
+    pieces = {
+        "pawn": foot(0.34) + stem([(0.27, 0.24), (0.17, 0.4), (0.12, 0.68)]) + collar(0.21, 0.73) + ball(0.185, 0.92, 0.75),
+        "rook": foot(0.38) + stem([(0.3, 0.24), (0.22, 0.45), (0.2, 0.78)]) + collar(0.27, 0.82)
+        + [(0.28, 0.88), (0.29, 1.08), (0.27, 1.1), (0.2, 1.1), (0.185, 1.08), (0.18, 0.97), (0.12, 0.95), (0, 0.95)],
+        "bishop": foot(0.38) + stem([(0.3, 0.24), (0.17, 0.5), (0.12, 0.92)]) + collar(0.23, 0.97) + collar(0.18, 1.04)
+        + stem([(0.1, 1.08), (0.19, 1.24), (0.14, 1.42), (0.045, 1.54)]) + ball(0.055, 1.59, 0.9),
+        "king": foot(0.42) + stem([(0.33, 0.24), (0.2, 0.55), (0.15, 1.16)]) + collar(0.28, 1.22) + collar(0.21, 1.3)
+        + stem([(0.13, 1.34), (0.19, 1.5), (0.25, 1.68)]) + [(0.245, 1.71), (0.2, 1.75), (0.07, 1.8)] + ball(0.085, 1.86, 0.9),
+    }
+    for name, profile in pieces.items():
+        lathe(f"{folder}/{name}.obj", f"A {name} of chess, turned; u around, v along the profile", profile)
+    board(f"{folder}/board.png")
+
+
 def heights(folder):
     """Four height fields of 128 x 128, periodic, after Fig. 8 of Wu et al. 2011."""
     n = 128
@@ -244,6 +311,8 @@ if __name__ == "__main__":
     folder = sys.argv[1]
     for make in cup, vase, plate, skirt, pillow, logo:
         make(f"{folder}/scenes/{make.__name__}.obj")
+    emblem(f"{folder}/scenes/emblem.png")
+    chess(f"{folder}/scenes/chess")
     heights(f"{folder}/figures")
     if len(sys.argv) > 2:
         reduced_panorama(sys.argv[2], f"{folder}/scenes/studio.hdr")

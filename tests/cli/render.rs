@@ -176,6 +176,17 @@ fn check_and_new_know_scenes() {
     for word in ["scene.toml: ok", "16 x 12 pixels of 2 samples", "1 directional", "object[0] (sphere)", "plane (m.toml)", "m.toml: ok"] {
         assert!(said.stdout.contains(word), "no {word:?} in {}", said.stdout);
     }
+    // Half of the ball is another material.
+    image::GrayImage::from_fn(2, 1, |x, _| image::Luma([if x == 0 { 0 } else { 255 }])).save(folder.path("half.png")).unwrap();
+    folder.write("layers.toml", format!("{SCENE}tint = 0.5\n[[object.layer]]\nmaterial = \"m.toml\"\nmask = \"half.png\"\n"));
+    let said = folder.run(["check", "layers.toml"]);
+    done(&said);
+    for words in ["plane (m.toml), times tint", "over: plane (m.toml), mask of 2 x 1 pixels, uv"] {
+        assert!(said.stdout.contains(words), "no {words:?} in {}", said.stdout);
+    }
+    let said = folder.run(["check", "layers.toml", "--json"]);
+    let object: Value = serde_json::from_str(&said.stdout).unwrap();
+    assert!(said.stdout.contains("\"mask\":[2,1]") && said.stdout.contains("\"blend\":\"over\""), "{object}");
     // A scene names a material: the one command that writes it is told, and with it the scene is good.
     let said = folder.run(["new", "scene", "new.toml"]);
     assert!(said.stderr.contains("`biscale new grooves material.toml` writes the material that it names"), "{}", said.stderr);
@@ -186,7 +197,7 @@ fn check_and_new_know_scenes() {
 
 #[test]
 fn the_sample_scenes_and_figures_are_good() {
-    for (name, least) in [("samples/scenes", 7), ("samples/figures", 21)] {
+    for (name, least) in [("samples/scenes", 9), ("samples/scenes/chess", 4), ("samples/figures", 21)] {
         let entries = std::fs::read_dir(project(name)).unwrap().map(|e| e.unwrap().path());
         let files: Vec<_> = entries.filter(|p| p.extension().is_some_and(|e| e == "toml")).collect();
         assert!(files.len() >= least, "{} files in {name}", files.len());

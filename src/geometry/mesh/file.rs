@@ -179,6 +179,32 @@ mod tests {
     }
 
     #[test]
+    fn colours_of_vertices_are_kept_if_every_vertex_has_one_and_follow_their_triangles() {
+        let folder = tempfile::tempdir().unwrap();
+        let colours = |name: &str, text: &str| {
+            let file = folder.path().join(name);
+            std::fs::write(&file, text).unwrap();
+            load_coloured(&file).unwrap().1
+        };
+        let (red, green, blue) = (DVec3::X, DVec3::Y, DVec3::Z);
+        // The first face has no area and is dropped; the fourth vertex merges with the first, and keeps its own colour.
+        let obj = "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nv 0 0 0 0 1 0\nf 1 2 2\nf 1 2 3\nf 4 3 2\n";
+        assert_eq!(colours("a.obj", obj), Some(vec![[red, green, blue], [green, blue, green]]));
+        // Without a colour, with a weight, with what is no number: a mesh all the same.
+        for other in ["v 0 1 0", "v 0 1 0 1", "v 0 1 0 0 0 blue"] {
+            assert_eq!(colours("a.obj", &obj.replace("v 0 1 0 0 0 1", other)), None, "{other}");
+        }
+        let ply = PLY.replace("property float z\n", "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n");
+        let ply = ply.replace("0 0 0\n1 0 0\n0 1 0\n", "0 0 0 255 0 0\n1 0 0 0 188 0\n0 1 0 0 0 0\n");
+        let [first, second, third] = colours("a.ply", &ply).unwrap()[0];
+        // 188 of 255 is .5029 in linear light.
+        assert!(first == red && (second - 0.502_886 * green).length() < 1e-6 && third == DVec3::ZERO, "{first}, {second}, {third}");
+        let floats = ply.replace("uchar red", "float red").replace("uchar green", "float green").replace("uchar blue", "float blue");
+        assert_eq!(colours("a.ply", &floats).unwrap()[0][1], 188.0 * green);
+        assert_eq!(colours("a.ply", PLY), None);
+    }
+
+    #[test]
     fn texture_coordinates_are_kept_only_if_every_triangle_has_them() {
         let partly = parse(Path::new("a.obj"), OBJ.as_bytes()).unwrap().into_tile(DVec2::ONE, 1.0).unwrap();
         assert_eq!(partly.uv, None);
