@@ -28,16 +28,23 @@ pub(super) fn check_size(width: u64, height: u64) -> Result<(), BadInput> {
     Ok(())
 }
 
-/// Refuses an image without pixels, or with one that is not a number.
+/// Whether a sample has no value: not a number, infinite, or the largest float of single precision, which some programs write where they have no data.
+pub(super) fn is_lacking(v: f32) -> bool {
+    v.is_nan() || v.abs() >= f32::MAX
+}
+
+/// Refuses an image without pixels, or with one that has no value: not a number, infinite, or what the file says to be no data.
 pub(super) fn checked(raster: Raster) -> Result<Raster, BadInput> {
     if raster.width == 0 || raster.height == 0 {
         return Err(BadInput::new("the image has no pixels", "use another one"));
     }
-    if !raster.integer
-        && let Some(place) = raster.channels.iter().chain(&raster.alpha).flatten().position(|v| !v.is_finite())
-    {
+    if let Some(place) = raster.channels.iter().chain(&raster.alpha).flatten().position(|v| is_lacking(*v)) {
         let pixel = place % (raster.width * raster.height);
-        let problem = format!("the pixel in column {}, row {} is not a finite number", pixel % raster.width, pixel / raster.width);
+        let problem = format!(
+            "the pixel in column {}, row {} has no value (not a finite number, or marked as no data)",
+            pixel % raster.width,
+            pixel / raster.width
+        );
         return Err(BadInput::new(problem, "fill such holes before use"));
     }
     Ok(raster)

@@ -1,7 +1,8 @@
 //! Every format, as written by the libraries that read it; and damaged files.
 
+use super::decode::Wanted;
 use super::read::parse;
-use super::read_tint;
+use super::{read, read_heights, read_radiance, read_tint};
 use proptest::prelude::*;
 use std::io::Cursor;
 use std::path::Path;
@@ -38,6 +39,161 @@ fn every_format_is_read_with_row_0_on_top() {
     assert_eq!((tiff.integer, tiff.channels), (false, vec![vec![0.5, -1.25, 3.0, 0.0, 1e-3, 7.0]]));
     let exr = parse(Path::new("a.exr"), &colour_exr()).unwrap();
     assert_eq!(exr.channels, [vec![0.0, 0.25, 0.5, 0.0, 0.25, 0.5], vec![0.0, 0.0, 0.0, 0.5, 0.5, 0.5], vec![0.25; 6]]);
+}
+
+/// An uncompressed little-endian TIFF of one strip: entries of short numbers, an entry of text, and the samples.
+fn made_tiff(size: [u16; 2], shorts: &[(u16, &[u16])], text: Option<(u16, &str)>, data: &[u8]) -> Vec<u8> {
+    let mut entries: Vec<(u16, u16, u32, Vec<u8>)> = Vec::new();
+    let short = |tag: u16, values: &[u16]| (tag, 3, values.len() as u32, values.iter().flat_map(|v| v.to_le_bytes()).collect());
+    entries.extend([short(256, &size[..1]), short(257, &size[1..]), short(278, &size[1..])]);
+    entries.extend([(273, 4, 1, 8_u32.to_le_bytes().to_vec()), (279, 4, 1, (data.len() as u32).to_le_bytes().to_vec())]);
+    entries.retain(|(tag, ..)| shorts.iter().all(|(own, _)| own != tag));
+    entries.extend(shorts.iter().map(|(tag, values)| short(*tag, values)));
+    entries.extend(text.map(|(tag, text)| (tag, 2, text.len() as u32 + 1, [text.as_bytes(), b"\0"].concat())));
+    entries.sort_by_key(|e| e.0);
+    let directory = 8 + data.len() as u32;
+    let mut after = directory + 2 + 12 * entries.len() as u32 + 4;
+    let mut out =
+        [b"II*\0".to_vec(), directory.to_le_bytes().to_vec(), data.to_vec(), (entries.len() as u16).to_le_bytes().to_vec()].concat();
+    let mut values = Vec::new();
+    for (tag, kind, count, bytes) in entries {
+        out.extend(tag.to_le_bytes());
+        out.extend(kind.to_le_bytes());
+        out.extend(count.to_le_bytes());
+        if bytes.len() <= 4 {
+            out.extend(bytes.iter().copied().chain([0; 4]).take(4));
+        } else {
+            out.extend(after.to_le_bytes());
+            after += bytes.len() as u32;
+            values.extend(bytes);
+        }
+    }
+    out.extend([0; 4]);
+    out.extend(values);
+    out
+}
+
+/// Grey samples of some bits, with (2) or without (1) a sign.
+fn grey_tiff(bits: u16, format: u16, no_data: Option<&str>, data: &[u8]) -> Vec<u8> {
+    let shorts: [(u16, &[u16]); 5] = [(258, &[bits]), (259, &[1]), (262, &[1]), (277, &[1]), (339, &[format])];
+    made_tiff([3, 1], &shorts, no_data.map(|text| (42113, text)), data)
+}
+
+#[test]
+fn tiffs_of_all_whole_numbers_have_the_largest_one_as_1() {
+    let signed: Vec<Vec<u8>> = vec![
+        [-64_i8, 0, 127].iter().flat_map(|v| v.to_le_bytes()).collect(),
+        [-16_384_i16, 0, i16::MAX].iter().flat_map(|v| v.to_le_bytes()).collect(),
+        [-(1 << 30), 0, i32::MAX].iter().flat_map(|v: &i32| v.to_le_bytes()).collect(),
+    ];
+    for (bits, data) in [8, 16, 32].into_iter().zip(&signed) {
+        let raster = parse(Path::new("a.tif"), &grey_tiff(bits, 2, None, data)).unwrap();
+        let [low, zero, high] = raster.channels[0][..] else { panic!("{bits}: {:?}", raster.channels) };
+        assert!((low + 0.5).abs() < 0.005 && zero == 0.0 && high == 1.0 && raster.integer, "{bits}: {low} {zero} {high}");
+    }
+    let deep: Vec<u8> = [0_u32, 1 << 31, u32::MAX].iter().flat_map(|v| v.to_le_bytes()).collect();
+    assert_eq!(parse(Path::new("a.tif"), &grey_tiff(32, 1, None, &deep)).unwrap().channels[0], [0.0, 0.5, 1.0]);
+    // 1 0 1, 3 0 1 and 15 0 5: the first sample in the highest bits.
+    for (bits, data, expected) in
+        [(1, &[0b1010_0000_u8][..], [1.0, 0.0, 1.0]), (2, &[0b1100_0100], [1.0, 0.0, 1.0 / 3.0]), (4, &[0xf0, 0x50], [1.0, 0.0, 1.0 / 3.0])]
+    {
+        assert_eq!(parse(Path::new("a.tif"), &grey_tiff(bits, 1, None, data)).unwrap().channels[0], expected, "{bits} bits");
+    }
+}
+
+#[test]
+fn a_palette_gives_the_colours_of_its_entries() {
+    let mut colours = vec![0_u16; 3 * 16];
+    (colours[2], colours[16 + 2], colours[32 + 2]) = (65_535, 32_768, 0);
+    (colours[1], colours[16 + 1], colours[32 + 1]) = (0, 0, 65_535);
+    let shorts: [(u16, &[u16]); 5] = [(258, &[4]), (259, &[1]), (262, &[3]), (277, &[1]), (320, &colours)];
+    let raster = parse(Path::new("a.tif"), &made_tiff([3, 1], &shorts, None, &[0x21, 0x00])).unwrap();
+    assert_eq!(raster.channels, [vec![1.0, 0.0, 0.0], vec![32_768.0 / 65_535.0, 0.0, 0.0], vec![0.0, 1.0, 0.0]]);
+    let short: [(u16, &[u16]); 5] = [(258, &[4]), (259, &[1]), (262, &[3]), (277, &[1]), (320, &colours[..9])];
+    let bad = parse(Path::new("a.tif"), &made_tiff([3, 1], &short, None, &[0x21, 0x00])).unwrap_err();
+    assert!(bad.problem.contains("palette has not 16 colours"), "{bad}");
+}
+
+#[test]
+fn grey_with_alpha_is_grey() {
+    let shorts: [(u16, &[u16]); 5] = [(258, &[8, 8]), (259, &[1]), (262, &[1]), (277, &[2]), (338, &[2])];
+    let raster = parse(Path::new("a.tif"), &made_tiff([3, 1], &shorts, None, &[0, 255, 51, 0, 255, 255])).unwrap();
+    assert_eq!((raster.channels, raster.alpha), (vec![vec![0.0, 0.2, 1.0]], Some(vec![1.0, 0.0, 1.0])));
+}
+
+#[test]
+fn pixels_without_data_are_refused_by_their_place() {
+    let whole: Vec<u8> = [5_i16, 7, -9_999].iter().flat_map(|v| v.to_le_bytes()).collect();
+    let floats = |last: f32| [0.5, -1.0, last].iter().flat_map(|v: &f32| v.to_le_bytes()).collect::<Vec<u8>>();
+    for (bytes, name) in [
+        (grey_tiff(16, 2, Some("-9999"), &whole), "whole numbers"),
+        (grey_tiff(32, 3, Some("-3.4028234663852886e+38"), &floats(f32::MIN)), "floats"),
+        (grey_tiff(32, 3, Some(" -9999.9 "), &floats(-9_999.9)), "floats of other digits"),
+        (grey_tiff(32, 3, Some("nan"), &floats(f32::NAN)), "nan"),
+        (grey_tiff(32, 3, None, &floats(f32::MIN)), "the least float without a mark"),
+    ] {
+        let bad = parse(Path::new("a.tif"), &bytes).expect_err(name);
+        assert!(bad.problem.contains("column 2, row 0 has no value"), "{name}: {bad}");
+    }
+    // Without the mark -9999 is a height, and a mark that no pixel has changes nothing.
+    assert!(parse(Path::new("a.tif"), &grey_tiff(16, 2, None, &whole)).is_ok());
+    assert!(parse(Path::new("a.tif"), &grey_tiff(16, 2, Some("-32768"), &whole)).is_ok());
+    let bad = parse(Path::new("a.tif"), &grey_tiff(16, 2, Some("none"), &whole)).unwrap_err();
+    assert!(bad.problem.contains("42113"), "{bad}");
+}
+
+#[test]
+fn channels_one_after_the_other_are_called_so() {
+    let shorts: [(u16, &[u16]); 8] =
+        [(258, &[8, 8, 8]), (259, &[1]), (262, &[2]), (273, &[8, 11, 14]), (277, &[3]), (279, &[3, 3, 3]), (284, &[2]), (339, &[1, 1, 1])];
+    let bad = parse(Path::new("a.tif"), &made_tiff([3, 1], &shorts, None, &[0; 9])).unwrap_err();
+    assert!(bad.problem.contains("one after the other"), "{bad}");
+}
+
+/// An EXR of two layers: grey, 2 x 1 at (1, 1) of a display window of 4 x 2, and one with Z.
+fn windowed_exr(with_height: bool) -> Vec<u8> {
+    use exr::prelude::*;
+    let layer = |name: &str, channel: &str, first: f32| {
+        let samples = FlatSamples::F32(vec![first, first + 1.0]);
+        let channels = AnyChannels::sort([AnyChannel::new(channel, samples)].into_iter().collect());
+        let attributes = LayerAttributes { layer_position: Vec2(1, 1), ..LayerAttributes::named(name) };
+        Layer::new((2, 1), attributes, Encoding::UNCOMPRESSED, channels)
+    };
+    let mut layers = Layers::new();
+    layers.push(layer("light", "Y", 1.0));
+    if with_height {
+        layers.push(layer("depth", "Z", 7.0));
+    }
+    let image = Image { attributes: ImageAttributes::new(IntegerBounds::from_dimensions((4, 2))), layer_data: layers };
+    let mut out = Cursor::new(Vec::new());
+    image.write().to_buffered(&mut out).unwrap();
+    out.into_inner()
+}
+
+#[test]
+fn an_exr_is_laid_into_its_display_window_and_lends_its_heights() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("w.exr");
+    std::fs::write(&path, windowed_exr(true)).unwrap();
+    // Light is black where there are no data, as the format says.
+    let light = read_radiance(&path).unwrap();
+    assert_eq!((light.width, light.height, &light.channels[0][..]), (4, 2, &[0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 0.0][..]));
+    // A height or colour that is not there is refused.
+    for message in [read_heights(&path).unwrap_err().to_string(), read(&path).unwrap_err().to_string()] {
+        assert!(message.contains("column 0, row 0 has no value"), "{message}");
+    }
+    let wanted = |wanted| crate::image_file::decode::exr(&windowed_exr(true), wanted).unwrap().channels[0][5];
+    assert_eq!((wanted(Wanted::Heights), wanted(Wanted::Colour)), (7.0, 1.0));
+    assert_eq!(crate::image_file::decode::exr(&windowed_exr(false), Wanted::Heights).unwrap().channels[0][6], 2.0);
+}
+
+#[test]
+fn radiance_files_signed_rgbe_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("l.hdr");
+    let body = b"FORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n\x80\x40\x20\x81";
+    std::fs::write(&path, [b"#?RGBE\n", &body[..]].concat()).unwrap();
+    assert_eq!(read_radiance(&path).unwrap().channels, [vec![1.0], vec![0.5], vec![0.25]]);
 }
 
 #[test]

@@ -42,7 +42,9 @@ impl MaterialValues {
         let root = source.parse()?;
         let top = TableReader::new(source, "", root.get_ref(), 0);
         let name = top.head()?;
-        let unit = UNITS[top.choice("unit", &UNITS.map(|(unit, _)| unit))?.unwrap_or(2)];
+        // The micro sign and the Greek letter.
+        let micrometre = matches!(top.str("unit")?, Some("\u{b5}m" | "\u{3bc}m"));
+        let unit = if micrometre { UNITS[1] } else { UNITS[top.choice("unit", &UNITS.map(|(unit, _)| unit))?.unwrap_or(2)] };
         let Some(table) = top.table("geometry")? else {
             return Err(top.error("there is no [geometry] table", "add one with `kind = ...`; `biscale new` writes an example"));
         };

@@ -121,7 +121,7 @@ impl HeightField {
             let factor = self.height.unwrap_or(1.0) / self.unit_mm;
             (map.columns, map.rows, map.heights.iter().map(|h| h * factor).collect(), Some(pixel))
         } else {
-            let raster = image_file::read(&self.file)?;
+            let raster = image_file::read_heights(&self.file)?;
             let [first, others @ ..] = &raster.channels[..] else { unreachable!("an image has a channel") };
             if others.iter().any(|c| c != first) {
                 return Err(bad("the image is coloured: a colour is no height", "file", "write it as one grey channel"));
