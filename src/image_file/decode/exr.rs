@@ -1,6 +1,6 @@
 //! `OpenEXR`: the layer that holds what is wanted, laid into the display window.
 
-use super::{MAX_BYTES, unreadable};
+use super::common::{MAX_BYTES, unreadable};
 use crate::error::BadInput;
 use crate::image_file::raster::{Raster, check_size};
 use ::exr::image::{AnyChannel, AnyChannels, FlatSamples, Layer};
@@ -10,7 +10,7 @@ use std::io::Cursor;
 
 /// What a file is read for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in super::super) enum Wanted {
+pub enum Wanted {
     /// The channels R, G and B, else the only one, else Z or Y.
     Colour,
     /// Z, in whichever layer it is; else as a colour.
@@ -20,7 +20,7 @@ pub(in super::super) enum Wanted {
 }
 
 /// Decodes an EXR file. Pixels of the display window that have no data are NaN, or 0 for radiance; data outside of the window are left away.
-pub(in super::super) fn exr(bytes: &[u8], wanted: Wanted) -> Result<Raster, BadInput> {
+pub fn exr(bytes: &[u8], wanted: Wanted) -> Result<Raster, BadInput> {
     let meta = ::exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| unreadable("EXR", e))?;
     for header in &meta.headers {
         let (size, shown) = (header.layer_size, header.shared_attributes.display_window.size);

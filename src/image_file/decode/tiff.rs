@@ -1,6 +1,6 @@
 //! TIFF: grey, RGB or a palette; whole numbers of 1, 2, 4, 8, 16 or 32 bits, with or without a sign, and floats.
 
-use super::{MAX_BYTES, deinterleave, unreadable};
+use super::common::{MAX_BYTES, deinterleave, unreadable};
 use crate::error::BadInput;
 use crate::image_file::raster::{Raster, check_size};
 use crate::numerics::cast::narrow;
@@ -13,7 +13,7 @@ use std::io::Cursor;
 type TiffDecoder<'a> = Decoder<Cursor<&'a [u8]>>;
 
 /// Decodes a TIFF; pixels that the file marks as without data (GDAL's tag 42113) are NaN.
-pub(in super::super) fn tiff(bytes: &[u8]) -> Result<Raster, BadInput> {
+pub fn tiff(bytes: &[u8]) -> Result<Raster, BadInput> {
     let mut limits = Limits::default();
     limits.decoding_buffer_size = usize::try_from(MAX_BYTES).unwrap_or(usize::MAX);
     limits.intermediate_buffer_size = limits.decoding_buffer_size;
