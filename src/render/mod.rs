@@ -11,7 +11,8 @@
 //!
 //! An object may be covered by several materials (`layers`): each place has a list of them with weights that sum to 1, from masks that are
 //! filtered to the footprint of a sample (`mapping`, `texture`). `gather` makes one point of each, so that what follows knows points of one
-//! material only: `query` and `shade` see a place with three layers as three points of one pixel, and sum their radiance.
+//! material only: `query` and `shade` see a place with three layers as three points of one pixel, and sum their radiance:
+//! `L = Σ w t fbar E av/cos_o + (1 - Σ w c) background`, with weights `w` and tints `t`.
 //!
 //! The effective BRDF is computed only for the cells of directions that the picture's pixels and lights touch (`query_table`).
 

@@ -6,7 +6,7 @@ use super::query_plan::{PROBES, QueryPlan, full_table};
 use super::query_table::QueryTable;
 use super::scene::{Light, Scene, Shape};
 use super::shade::{Frame, colours, touched};
-use super::world::World;
+use super::world::{MAX_SURFACES, World};
 use crate::error::{Error, Result};
 use crate::filter::{Control, Quality};
 use crate::numerics::low_discrepancy::hash;
@@ -123,7 +123,7 @@ pub(super) fn render_in_bands(scene: &Scene, quality: &Quality, control: &Contro
     let mut stages = Stages::begin(control);
     let world = World::new(scene, control)?;
     stages.end("gaps");
-    let mut bands = Bands::cut(&world, quality.seed, most_lamps, control);
+    let mut bands = Bands::cut(&world, quality.seed, most_lamps, control)?;
     let (probes, lamps) = bands.probes()?;
     stages.end("large scale");
     let plans = plans(&world, probes, quality, control)?;
@@ -179,6 +179,12 @@ fn part<'a>(control: &'a Control<'_>, share: Range<f64>) -> impl Fn(&str, f64) +
     move |stage, done| (control.progress)(stage, share.start + done * (share.end - share.start))
 }
 
+/// Most lights of samples whose points can be counted in 32 bits, however many surfaces with gaps and layers each sample sees.
+fn most_counted(scene: &Scene) -> u64 {
+    let layers = scene.objects.iter().map(|o| o.covering.layers.len()).max().unwrap_or(0);
+    u64::from(u32::MAX) / (MAX_SURFACES * (1 + layers)) as u64
+}
+
 /// The rows of a picture, cut so that few enough lights are held at once. Each pass over the picture gathers them again, unless they are one.
 struct Bands<'a> {
     world: &'a World<'a>,
@@ -191,14 +197,20 @@ struct Bands<'a> {
 }
 
 impl<'a> Bands<'a> {
-    fn cut(world: &'a World<'a>, seed: u64, most_lamps: u64, control: &'a Control<'a>) -> Self {
+    fn cut(world: &'a World<'a>, seed: u64, most_lamps: u64, control: &'a Control<'a>) -> Result<Self> {
         let lights = lights(world.scene, seed);
         let camera = &world.scene.camera;
         let a_row = u64::from(camera.width) * u64::from(camera.samples) * lights.len().max(1) as u64;
+        let most = most_counted(world.scene);
+        if a_row > most {
+            let what = format!("a row of {} pixels with {} samples under {} lights", camera.width, camera.samples, lights.len());
+            let remedy = format!("take fewer of one of them, so that their product is at most {most}");
+            return Err(Error::Unsupported { what, remedy });
+        }
         #[expect(clippy::cast_possible_truncation, reason = "at most the picture's height")]
-        let band = (most_lamps / a_row).clamp(1, u64::from(camera.height)) as u32;
+        let band = (most_lamps.min(most) / a_row).clamp(1, u64::from(camera.height)) as u32;
         let rows = (0..camera.height).step_by(band as usize).map(|r| r..(r + band).min(camera.height)).collect();
-        Self { world, lights, seed, control, rows, only: None }
+        Ok(Self { world, lights, seed, control, rows, only: None })
     }
 
     /// Shows every band to `visit`; `share` is the progress that gathering one of them makes.

@@ -244,3 +244,12 @@ fn a_budget_and_a_plan_are_refused() {
         assert!(matches!(error, Error::Unsupported { .. }), "{error}");
     }
 }
+
+#[test]
+fn more_lights_of_a_row_than_can_be_counted_are_refused() {
+    let stage = Stage::new();
+    let mut scene = stage.scene(4, &format!("{}[[object]]\nkind = \"sphere\"\nradius = 1\nmaterial = \"flat.toml\"\n", SUN.repeat(20)));
+    (scene.camera.width, scene.camera.samples) = (8192, 1024);
+    let error = with_control(|control| render(&scene, &Quality::default(), control).unwrap_err()).to_string();
+    assert!(error.contains("a row of 8192 pixels with 1024 samples under 20 lights") && error.contains("at most 134217727"), "{error}");
+}
