@@ -2,7 +2,7 @@
 
 use super::super::tile::Tile;
 use super::soup::Soup;
-use super::{obj, ply, stl};
+use super::{obj, orientation, ply, stl};
 use crate::bounded_file::{MAX_DATA_BYTES, read_bounded};
 use crate::error::{BadInput, Result};
 use glam::{DVec2, DVec3};
@@ -33,11 +33,17 @@ pub fn read_plain(file: &Path) -> Result<PlainMesh> {
     Ok(PlainMesh { vertices, triangles, part_of_triangle, parts, notes })
 }
 
-/// Reads a mesh as a tile of this period, in the file's lengths, and scales it.
-pub(crate) fn load(file: &Path, period: DVec2, scale: f64) -> Result<Tile> {
+/// Reads a mesh as a tile of this period, in the file's lengths, turns and scales it; `flip` turns its faces over.
+pub(crate) fn load(file: &Path, period: DVec2, scale: f64, turn: impl Fn(DVec3) -> DVec3, flip: bool) -> Result<Tile> {
     let bytes = read_bounded(file, MAX_DATA_BYTES, "simplify the mesh")?;
-    let soup = parse(file, &bytes).map_err(|bad| bad.in_file(file))?;
-    let tile = soup.into_tile(period, scale).map_err(|bad| bad.in_file(file))?;
+    let mut soup = parse(file, &bytes).map_err(|bad| bad.in_file(file))?;
+    soup.vertices.iter_mut().for_each(|v| *v = turn(*v));
+    if flip {
+        soup.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        soup.uv.iter_mut().for_each(|uv| uv.swap(1, 2));
+    }
+    let mut tile = soup.into_tile(period, scale).map_err(|bad| bad.in_file(file))?;
+    tile.notes.extend(orientation::notes(&tile, scale));
     Ok(tile)
 }
 

@@ -5,6 +5,7 @@
 
 mod file;
 mod obj;
+mod orientation;
 mod ply;
 mod polygon;
 mod recipe;

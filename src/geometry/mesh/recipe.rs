@@ -1,12 +1,12 @@
 //! What a material file says of a mesh: its file, period and scale.
 
-use super::super::params::{Param, Unit, Value, number};
+use super::super::params::{Param, Unit, Value, choice, number};
 use super::super::tile::Tile;
 use super::super::values::GeometryValues;
 use super::file::load;
 use crate::error::Result;
 use crate::toml_reader::range;
-use glam::DVec2;
+use glam::{DVec2, DVec3, Vec3Swizzles};
 use std::path::PathBuf;
 
 /// Parameters of this kind.
@@ -14,7 +14,7 @@ pub const PARAMS: &[Param] = &[
     Param {
         key: "file",
         value: Value::File { example: "surface.obj", required: true },
-        help: "The mesh, .obj, .ply or .stl: z up, counter-clockwise seen from outside. PUT YOUR FILE'S NAME HERE",
+        help: "The mesh, .obj, .ply or .stl: counter-clockwise seen from outside. PUT YOUR FILE'S NAME HERE",
     },
     Param {
         key: "period",
@@ -22,6 +22,8 @@ pub const PARAMS: &[Param] = &[
         help: "Size of one period in the mesh file's own lengths; required",
     },
     number("scale", Unit::One, 1.0, range(1e-9, 1e9), "Factor from the mesh file's lengths to `unit`"),
+    choice("up", "z", &["z", "y", "x"], "The file's axis that points up; `period` is along the other two, in their order"),
+    Param { key: "flip", value: Value::Flag { default: false }, help: "Turn all faces over: for a mesh that is inside out" },
 ];
 
 /// Parts of this kind, with what they are.
@@ -36,16 +38,48 @@ pub struct Mesh {
     pub period: DVec2,
     /// Factor from the file's units to the material's.
     pub scale: f64,
+    /// The file's axis that points up.
+    pub up: Up,
+    /// Whether its faces are turned over.
+    pub flip: bool,
+}
+
+/// An axis of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Up {
+    /// x; y and z lie across.
+    X,
+    /// y; x and -z lie across.
+    Y,
+    /// z; x and y lie across.
+    Z,
+}
+
+impl Up {
+    /// A place of the file, turned so that its axis points up; nothing is mirrored.
+    fn turn(self, v: DVec3) -> DVec3 {
+        match self {
+            Self::X => v.yzx(),
+            Self::Y => DVec3::new(v.x, -v.z, v.y),
+            Self::Z => v,
+        }
+    }
 }
 
 impl Mesh {
     pub(in crate::geometry) fn read(values: &GeometryValues) -> Result<Self> {
         let file = values.path("file")?.expect("file is required").to_path_buf();
         let period = values.pair("period").ok_or_else(|| values.missing("period", "[1.0, 1.0]"))?;
-        Ok(Self { file, period: period.into(), scale: values.number("scale") })
+        let up = match values.choice("up") {
+            Some("x") => Up::X,
+            Some("y") => Up::Y,
+            _ => Up::Z,
+        };
+        Ok(Self { file, period: period.into(), scale: values.number("scale"), up, flip: values.flag("flip") })
     }
 
     pub(in crate::geometry) fn build(&self) -> Result<Tile> {
-        load(&self.file, self.period, self.scale)
+        let Self { file, period, scale, .. } = self;
+        load(file, *period, *scale, |v| self.up.turn(v), self.flip)
     }
 }

@@ -4,6 +4,7 @@ use biscale::brdf::Brdf;
 use biscale::error::Result;
 use biscale::geometry::Tile;
 use biscale::material::{Material, Surface, Tint};
+use biscale::visibility::{PeriodicBvh, Traced};
 use glam::DVec3;
 use serde::Serialize;
 use std::fmt;
@@ -20,6 +21,8 @@ pub struct Report {
     height: [f64; 2],
     triangles: usize,
     vertices: usize,
+    /// Shares of the period that show front faces and back faces, which are black, from above; the rest are gaps.
+    seen_from_above: [f64; 2],
     parts: Vec<Part>,
     surfaces: Vec<SurfaceReport>,
     /// What `eval` and `bake` would run.
@@ -114,6 +117,7 @@ impl Report {
             height: if low <= high { [low, high] } else { [0.0; 2] },
             triangles: tile.triangles.len(),
             vertices: tile.vertices.len(),
+            seen_from_above: seen_from_above(tile)?,
             parts,
             surfaces,
             would_run: would_run.to_owned(),
@@ -131,6 +135,8 @@ impl fmt::Display for Report {
         writeln!(f, "  period    {} x {} {unit}", digits(self.period[0]), digits(self.period[1]))?;
         writeln!(f, "  height    {} to {} {unit}", digits(self.height[0]), digits(self.height[1]))?;
         writeln!(f, "  geometry  {} triangles, {} vertices", self.triangles, self.vertices)?;
+        let [front, back] = self.seen_from_above.map(|share| 100.0 * share);
+        writeln!(f, "  from top  {front:.1} % front faces, {back:.1} % back faces, {:.1} % gaps", (100.0 - front - back).max(0.0))?;
         for part in &self.parts {
             let Some(surface) = part.surface.map(|s| &self.surfaces[s]) else {
                 writeln!(f, "  part      {}: no triangles", part.part)?;
@@ -153,6 +159,25 @@ impl fmt::Display for Report {
         }
         Ok(())
     }
+}
+
+/// Shares of the period that show front and back faces from above, by rays on a grid.
+fn seen_from_above(tile: &Tile) -> Result<[f64; 2]> {
+    /// Rays along each side of the period.
+    const SIDE: u32 = 64;
+    let bvh = PeriodicBvh::new(tile)?;
+    let mut seen = [0.0; 2];
+    for (i, j) in (0..SIDE).flat_map(|j| (0..SIDE).map(move |i| (i, j))) {
+        // Off the middle of the grid's cells, where edges like to lie.
+        let [x, y] = [(i, 0.42), (j, 0.57)].map(|(k, offset)| (f64::from(k) + offset) / f64::from(SIDE));
+        let origin = DVec3::new(x * tile.period.x, y * tile.period.y, bvh.highest());
+        if let Traced::Hit(hit) = bvh.trace(origin, -DVec3::Z, None) {
+            let [a, b, c] = tile.corners(hit.triangle as usize);
+            let front = (b - a).cross(c - a).z > 0.0;
+            seen[usize::from(!front)] += 1.0 / f64::from(SIDE * SIDE);
+        }
+    }
+    Ok(seen)
 }
 
 fn area([a, b, c]: [DVec3; 3]) -> f64 {
