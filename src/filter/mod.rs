@@ -49,7 +49,7 @@ pub use common_random_numbers::{BasisReflectance, CommonRandomNumbers, PlacedSam
 pub use control::Control;
 pub use direct::prepare;
 pub use effective::effective;
-pub(crate) use lobes::lobes;
+pub(crate) use lobes::{exp, lobes};
 pub use plan::{
     CLUSTER_WIDTHS, DirectPlan, LARGEST_MAPS, LobeCount, LowRankPlan, MapSides, Plan, ReferencePlan, SphericalGaussianPlan, Variant,
 };

@@ -69,7 +69,18 @@ impl Environment {
         self.rows[self.rows.len() - 1]
     }
 
-    fn pixel(&self, column: usize, row: usize) -> [f64; 3] {
+    /// Pixels across and down.
+    pub(super) fn size(&self) -> [usize; 2] {
+        [self.raster.width, self.raster.height]
+    }
+
+    /// Turn about z, counter-clockwise seen from above, radians.
+    pub(super) fn rotation(&self) -> f64 {
+        self.rotation
+    }
+
+    /// Radiance of a pixel.
+    pub(super) fn pixel(&self, column: usize, row: usize) -> [f64; 3] {
         let at = row * self.raster.width + column;
         std::array::from_fn(|c| self.scale * f64::from(self.raster.channels[c][at]))
     }

@@ -3,7 +3,7 @@
 
 use super::layers::Cover;
 use super::mapping::Footprint;
-use super::scene::{Light, Scene};
+use super::scene::{Camera, Light, Lighting, Scene};
 use super::world::{MAX_SURFACES, NOTHING, SurfacePoint, World, turned_by};
 use crate::direction::MIN_COSINE;
 use crate::error::Result;
@@ -61,9 +61,10 @@ pub struct View {
     pub alpha: Vec<f32>,
 }
 
-/// The lights of a scene; `seed` is that of the environment's sampling.
+/// The lights of a scene, with those of an environment that is sampled; `seed` is that of the sampling.
 pub fn lights(scene: &Scene, seed: u64) -> Vec<Light> {
-    let surroundings = scene.environment.iter().flat_map(|e| e.map.lights(e.lights, seed));
+    let sampled = scene.environment.iter().filter(|e| e.lighting == Lighting::Sampled);
+    let surroundings = sampled.flat_map(|e| e.map.lights(e.lights, seed));
     let distant = surroundings.map(|(to_light, irradiance)| Light::Directional { to_light, irradiance });
     scene.lights.iter().copied().chain(distant).collect()
 }
@@ -114,6 +115,11 @@ fn count(length: usize) -> u32 {
     u32::try_from(length).expect("a band is cut so that its lights can be counted")
 }
 
+/// Where sample `index` of a pixel lies in it, 0..1 across and down; a single one in the middle. `seed` is folded.
+pub(super) fn place_in_pixel(camera: &Camera, seed: u32, pixel: u32, index: u32) -> [f64; 2] {
+    if camera.samples == 1 { [0.5; 2] } else { sobol_2d(index, hash(seed ^ hash(pixel))).map(fraction) }
+}
+
 fn gather_row(world: &World<'_>, lights: &[Light], row: u32, seed: u64) -> View {
     let camera = &world.scene.camera;
     let seed = fold(seed);
@@ -121,11 +127,9 @@ fn gather_row(world: &World<'_>, lights: &[Light], row: u32, seed: u64) -> View 
     let mut scratch = Scratch::default();
     for column in 0..camera.width {
         let pixel = row * camera.width + column;
-        // One sample looks through the middle.
-        let shift = |index: u32| if camera.samples == 1 { [0.5; 2] } else { sobol_2d(index, hash(seed ^ hash(pixel))).map(fraction) };
         let (mut behind, mut alpha) = ([0.0; 3], 0.0);
         for index in 0..camera.samples {
-            let [x, y] = shift(index);
+            let [x, y] = place_in_pixel(camera, seed, pixel, index);
             let (x, y) = (f64::from(column) + x, f64::from(row) + y);
             let direction = camera.direction(x, y);
             let weight = 1.0 / f64::from(camera.samples);

@@ -153,8 +153,20 @@ impl LargeMesh {
         self.triangles.is_empty()
     }
 
-    /// The corners of a triangle.
-    pub(super) fn corners(&self, triangle: u32) -> [DVec3; 3] {
+    /// The vertices at the corners of each triangle.
+    pub fn vertices_of_triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// Where a hit lies in the world, by its barycentric weights.
+    pub fn position(&self, hit: &Hit) -> DVec3 {
+        let [a, b, c] = self.corners(hit.primitive);
+        let [u, v] = hit.barycentric;
+        a + u * (b - a) + v * (c - a)
+    }
+
+    /// Corners of a triangle in the world.
+    pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
         self.triangles[triangle as usize].map(|v| self.vertices[v as usize])
     }
 

@@ -18,6 +18,7 @@
 
 mod compare;
 mod environment;
+mod environment_lighting;
 mod gather;
 #[cfg(test)]
 mod layer_tests;
@@ -31,6 +32,7 @@ mod query_plan;
 mod query_table;
 mod renderer;
 mod scene;
+mod scene_picture;
 mod shade;
 mod shapes;
 #[cfg(test)]
@@ -40,6 +42,7 @@ mod world;
 
 pub use compare::{Difference, colour_code, difference};
 pub use environment::Environment;
+pub use environment_lighting::{EnvironmentLit, EnvironmentReport, LEAST_TOLERANCE, PictureError, ResponseReport};
 pub use gather::{Lit, Point, View, gather_all, lights};
 pub use layers::{Blend, Cover, Covering, Layer, Mask, Tint};
 pub use mapping::{Chart, Footprint, ImagePlace, Projection};
@@ -49,8 +52,9 @@ pub use opacity::Opacity;
 pub use picture::{Picture, SOFTWARE};
 pub use query_plan::{PROBES, QueryPlan};
 pub use query_table::QueryTable;
-pub use renderer::{MaterialReport, Rendered, render};
-pub use scene::{Camera, Light, Object, SCENE_TEMPLATE, Scene, SceneMaterial, Shape, Surroundings};
+pub use renderer::{MaterialReport, Rendered};
+pub use scene::{Camera, Light, Lighting, Object, SCENE_TEMPLATE, Scene, SceneMaterial, Shape, Surroundings};
+pub use scene_picture::render;
 pub use shade::{Frame, colours, touched};
 pub use shapes::{Cylinder, Plane, Sphere, any_across};
 pub use texture::{Texture, Wrap};

@@ -73,7 +73,7 @@ pub fn locate(grid: &HemisphereGrid, w: Vec3) -> GridPlace {
 /// What reaches a surface, and what leaves it, goes to 0 with the cosine: so does `S`, in each of its directions. At the nodes on the
 /// horizon, whose cosine is 1e-4, rays would pass thousands of periods to tell a number of that size. It is found a little higher up, below
 /// the last ring but one, and scaled.
-fn stand_ins(grid: &HemisphereGrid) -> Vec<(DVec3, f64)> {
+pub(super) fn stand_ins(grid: &HemisphereGrid) -> Vec<(DVec3, f64)> {
     let above = grid.nodes().iter().map(|n| n.z).filter(|&z| z > 2.0 * MIN_COSINE).fold(1.0, f64::min);
     let z = HORIZON_COSINE.min(0.5 * above);
     let lifted = |n: &DVec3| {

@@ -1,10 +1,11 @@
 //! All stages of a picture in their order, band by band where its lights are too many to be held at once.
 
+use super::environment_lighting::EnvironmentReport;
 use super::gather::{View, gather, lights};
 use super::picture::Picture;
 use super::query_plan::{PROBES, QueryPlan, full_table};
 use super::query_table::QueryTable;
-use super::scene::{Light, Scene, Shape};
+use super::scene::{Light, Lighting, Scene, Shape};
 use super::shade::{Frame, colours, touched};
 use super::world::{MAX_SURFACES, World};
 use crate::error::{Error, Result};
@@ -24,6 +25,8 @@ pub struct Rendered {
     pub picture: Picture,
     /// For each material of the scene how its values were made; `None` for one that no light reaches.
     pub materials: Vec<Option<MaterialReport>>,
+    /// How the light of an environment as a whole was made.
+    pub environment: Option<EnvironmentReport>,
     /// Lights, with those that stand for the environment.
     pub lights: usize,
     /// Pairs of a point and a light that reaches it.
@@ -84,40 +87,17 @@ impl Probes {
     }
 }
 
-/// Renders a scene.
+/// Renders a scene as its lights light it, those of an environment that is sampled among them.
 ///
 /// The same scene and quality give the same bits at any thread count.
 ///
 /// # Errors
 /// [`Error::Unsupported`] for a budget or a plan, [`Error::Interrupted`] when `control` asks to stop, those of the filter.
-///
-/// ```
-/// use biscale::render::{Scene, render};
-/// use biscale::toml_reader::Source;
-/// use biscale::{Control, Quality};
-///
-/// // `Scene::load` reads a file; paths in it are relative to its folder.
-/// let text = r#"
-/// format = 1
-/// camera = { origin = [0, -6, 0], target = [0, 0, 0], fov_deg = 24, width = 8, height = 8, samples = 1 }
-/// light = [{ type = "directional", to_light = [-1, -2, 1], irradiance_rgb = 3 }]
-/// object = [{ kind = "sphere", radius = 1, material = "v-grooves.toml" }]
-/// "#;
-/// let path = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/scene.toml").into();
-/// let scene = Scene::parse(&Source { path, text: text.to_owned() })?;
-/// let quality = Quality { tolerance: 0.1, ..Quality::default() };
-/// let picture = render(&scene, &quality, &Control::quiet())?.picture;
-/// assert_eq!(picture.rgb.len(), 64);
-/// // The ball covers the middle and not the corner, and the light meets its grooves.
-/// assert_eq!((picture.alpha[4 * 8 + 4], picture.alpha[0]), (1.0, 0.0));
-/// assert!(picture.rgb[4 * 8 + 3][0] > 0.0);
-/// # Ok::<(), biscale::Error>(())
-/// ```
-pub fn render(scene: &Scene, quality: &Quality, control: &Control<'_>) -> Result<Rendered> {
+pub fn render_lights(scene: &Scene, quality: &Quality, control: &Control<'_>) -> Result<Rendered> {
     render_in_bands(scene, quality, control, MAX_LAMPS)
 }
 
-/// [`render`] with at most this many lights of points held at once.
+/// [`render_lights`] with at most this many lights of points held at once.
 pub(super) fn render_in_bands(scene: &Scene, quality: &Quality, control: &Control<'_>, most_lamps: u64) -> Result<Rendered> {
     check(quality)?;
     let mut stages = Stages::begin(control);
@@ -134,13 +114,10 @@ pub(super) fn render_in_bands(scene: &Scene, quality: &Quality, control: &Contro
     stages.end("values");
     let picture = bands.shade(&tables)?;
     stages.end("shading");
-    if picture.rgb.iter().flatten().any(|v| !v.is_finite()) {
-        return Err(Error::Numeric("a pixel is not finite; please report this, with the scene".to_owned()));
-    }
     let report = |m: usize| Some(report(&world, m, plans[m].as_ref()?, tables[m].as_ref()?));
     let materials = (0..scene.materials.len()).map(report).collect();
     let notes = notes(scene, quality, &plans);
-    Ok(Rendered { picture, materials, lights: bands.lights.len(), lamps, stages: stages.ended, notes })
+    Ok(Rendered { picture, materials, environment: None, lights: bands.lights.len(), lamps, stages: stages.ended, notes })
 }
 
 /// Refuses what a picture cannot be made by.
@@ -353,7 +330,11 @@ fn notes(scene: &Scene, quality: &Quality, plans: &[Option<QueryPlan>]) -> Vec<S
     for (material, plan) in scene.materials.iter().zip(plans) {
         let name = &material.material.name;
         material.small.tile.notes.iter().for_each(|n| note(format!("{name}: {n}")));
+        let whole = scene.environment.as_ref().is_some_and(|e| e.lighting != Lighting::Sampled);
         let Some(plan) = plan else {
+            if whole {
+                continue;
+            }
             note(format!("{name}: no light reaches it where the camera sees it"));
             continue;
         };

@@ -55,7 +55,8 @@ impl SurfacePoint {
 }
 
 impl Object {
-    fn intersect(&self, origin: DVec3, direction: DVec3, range: [f64; 2], skip: Option<u32>) -> Option<Hit> {
+    /// The first hit of a ray at a distance between the two of `range`, on another triangle than `skip`.
+    pub fn intersect(&self, origin: DVec3, direction: DVec3, range: [f64; 2], skip: Option<u32>) -> Option<Hit> {
         match &self.shape {
             Shape::Sphere(sphere) => sphere.intersect(origin, direction, range),
             Shape::Cylinder(cylinder) => cylinder.intersect(origin, direction, range),
@@ -144,15 +145,33 @@ impl<'a> World<'a> {
             }
         }
         let (index, hit) = best?;
+        Some(self.seen(index, hit, origin + hit.distance * direction, direction))
+    }
+
+    /// A hit on an object as a ray along `direction` sees it.
+    pub fn seen(&self, index: usize, hit: Hit, position: DVec3, direction: DVec3) -> SurfacePoint {
         let object = &self.scene.objects[index];
-        let position = origin + hit.distance * direction;
         let frame = object.frame(&hit, position);
         let outward = object.outward(&hit, &frame);
         let front = outward.dot(direction) < 0.0;
         // Seen from behind, the tile is turned round about its y.
         let seen = if front { frame } else { DMat3::from_cols(-frame.x_axis, frame.y_axis, -frame.z_axis) };
         let turned = turned_by(seen, object.turn);
-        Some(SurfacePoint { object: index, hit, position, outward, frame: facing(turned, -direction), front })
+        SurfacePoint { object: index, hit, position, outward, frame: facing(turned, -direction), front }
+    }
+
+    /// A place on a triangle of a mesh as it is seen from straight above its outer side, or its inner one.
+    pub fn seen_upright(&self, index: usize, hit: Hit, front: bool) -> SurfacePoint {
+        let Shape::Mesh(mesh) = &self.scene.objects[index].shape else { return self.upright_at(index, DVec3::ZERO, front) };
+        let outward = mesh.frame(&hit).z_axis;
+        self.seen(index, hit, mesh.position(&hit), if front { -outward } else { outward })
+    }
+
+    /// The same of a place on a shape that is no mesh.
+    pub fn upright_at(&self, index: usize, position: DVec3, front: bool) -> SurfacePoint {
+        let hit = Hit { distance: 0.0, primitive: 0, barycentric: [0.0; 2] };
+        let outward = self.scene.objects[index].frame(&hit, position).z_axis;
+        self.seen(index, hit, position, if front { -outward } else { outward })
     }
 
     /// Appends the materials at a place with their weights; `footprint` is that of the ray that met it, across the ray, and `direction`

@@ -84,7 +84,7 @@ pub fn integral_of_product(l1: f32, l2: f32, d2: f32) -> f32 {
 
 /// `(e^x - 1) / x`, 1 at 0, for `x <= 0`.
 #[inline(always)]
-fn g(x: f32) -> f32 {
+pub(super) fn g(x: f32) -> f32 {
     /// Below this `e^x` is nothing beside 1.
     const END_OF_EXP: f32 = -20.0;
     if x < END_OF_EXP {

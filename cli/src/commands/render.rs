@@ -4,11 +4,11 @@ use crate::common::filter_summary::Stages;
 use crate::common::options::{self, CommonArgs, QualityArgs};
 use crate::common::output::{self, Target};
 use crate::common::progress;
-use biscale::error::Result;
+use biscale::error::{BadInput, Result};
 use biscale::filter::Quality;
-use biscale::render::{Rendered, SOFTWARE, Scene, render};
+use biscale::render::{EnvironmentReport, Lighting, Rendered, ResponseReport, SceneMaterial, SOFTWARE, Scene, render};
 use biscale::toml_reader::Source;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use serde::Serialize;
 use std::fmt;
 use std::io;
@@ -31,6 +31,9 @@ pub struct RenderArgs {
     /// Material file to take in the place of the first object's own
     #[arg(long, value_name = "MATERIAL")]
     material: Option<PathBuf>,
+    /// How the environment lights the scene, in the place of what the scene says
+    #[arg(long, value_name = "LIGHTING")]
+    lighting: Option<LightingArg>,
     /// Stops by which the .png is brighter than the radiance
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, value_parser = options::exposure, allow_negative_numbers = true)]
     exposure: f64,
@@ -42,6 +45,24 @@ pub struct RenderArgs {
     force: bool,
     #[command(flatten)]
     quality: QualityArgs,
+}
+
+/// How an environment lights a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum LightingArg {
+    /// By directional lights that are drawn from it
+    Sampled,
+    /// As a whole, by tables and spherical Gaussians
+    Sg,
+}
+
+impl From<LightingArg> for Lighting {
+    fn from(argument: LightingArg) -> Self {
+        match argument {
+            LightingArg::Sampled => Self::Sampled,
+            LightingArg::Sg => Self::SphericalGaussians,
+        }
+    }
 }
 
 /// A format of the output.
@@ -72,7 +93,10 @@ pub fn run(args: &RenderArgs, common: &CommonArgs) -> Result<()> {
     let target = |path: &PathBuf| Target::new(path, args.force, &[&args.scene], |file| output::has_mark(file, MARK));
     let targets = args.output.iter().map(target).collect::<Result<Vec<_>>>()?;
     let start = Instant::now();
-    let scene = Scene::parse_with(&Source::read(&args.scene)?, args.material.as_deref())?;
+    let mut scene = Scene::parse_with(&Source::read(&args.scene)?, args.material.as_deref())?;
+    if let Some(lighting) = args.lighting {
+        set_lighting(&mut scene, lighting.into())?;
+    }
     let loaded = start.elapsed().as_secs_f64() * 1e3;
     let rendered = progress::with_control(common, |control| render(&scene, &quality, control))?;
     let notes = common.flags.in_texts(rendered.notes.iter().cloned().chain(args.quality.notes()).collect());
@@ -98,6 +122,16 @@ pub fn run(args: &RenderArgs, common: &CommonArgs) -> Result<()> {
     Ok(())
 }
 
+/// Has the environment light the scene another way.
+fn set_lighting(scene: &mut Scene, lighting: Lighting) -> Result<()> {
+    let Some(surroundings) = &mut scene.environment else {
+        let bad = BadInput::new("the scene has no environment", "add an [environment] to it, or leave out `--lighting`");
+        return Err(bad.in_file(&scene.file).into());
+    };
+    surroundings.lighting = lighting;
+    Ok(())
+}
+
 /// The output of `--json`.
 #[derive(Serialize)]
 struct Object<'a> {
@@ -119,7 +153,98 @@ struct Summary<'a> {
     tolerance: f64,
     milliseconds: Stages,
     materials: Vec<Material<'a>>,
+    /// How the light of an environment as a whole was made.
+    environment: Option<Environment<'a>>,
     notes: Vec<String>,
+}
+
+/// How the light of an environment was made.
+#[derive(Debug, Serialize)]
+struct Environment<'a> {
+    sites: usize,
+    maps_bytes: usize,
+    light_bytes: usize,
+    responses: Vec<Response<'a>>,
+    /// Against a small picture of the view whose environment was sampled; none where that shows no object.
+    compared_pixels: Option<usize>,
+    compared_lights: Option<u32>,
+    relative_rms_difference: Option<f64>,
+    noise_of_comparison: Option<f64>,
+}
+
+/// How a material's response to the environment was found.
+#[derive(Debug, Serialize)]
+struct Response<'a> {
+    material: &'a str,
+    method: &'static str,
+    plan: &'a str,
+    rings: usize,
+    texels: usize,
+    lobes: usize,
+    pairs: usize,
+    relative_rms_error: f64,
+    values_error: f64,
+    response_error: f64,
+}
+
+impl<'a> Environment<'a> {
+    fn new(scene: &'a Scene, report: &'a EnvironmentReport) -> Self {
+        let response = |(material, r): (&'a SceneMaterial, &'a ResponseReport)| Response {
+            material: &material.material.name,
+            method: r.method,
+            plan: &r.plan,
+            rings: r.rings,
+            texels: r.side * r.side,
+            lobes: r.lobes,
+            pairs: r.pairs,
+            relative_rms_error: r.relative_rms(),
+            values_error: r.error[0],
+            response_error: r.error[1],
+        };
+        Self {
+            sites: report.sites,
+            maps_bytes: report.bytes[0],
+            light_bytes: report.bytes[1],
+            responses: scene.materials.iter().zip(&report.responses).map(response).collect(),
+            compared_pixels: report.error.map(|e| e.pixels),
+            compared_lights: report.error.map(|e| e.lights),
+            relative_rms_difference: report.error.map(|e| e.relative_rms),
+            noise_of_comparison: report.error.map(|e| e.noise),
+        }
+    }
+
+    /// In one line a material, and one about the picture.
+    fn how(&self) -> String {
+        let percent = |e: f64| format!("{:.2} %", 100.0 * e);
+        let line = |r: &Response<'_>| {
+            format!(
+                "{}: {}, response of {} pairs on {} rings and {} texels, {} lobes, relative RMS error {} (values {}, response {})",
+                r.material,
+                r.method,
+                r.pairs,
+                r.rings,
+                r.texels,
+                r.lobes,
+                percent(r.relative_rms_error),
+                percent(r.values_error),
+                percent(r.response_error),
+            )
+        };
+        let mut lines: Vec<String> = self.responses.iter().map(line).collect();
+        let mib = |bytes: usize| bytes as f64 / f64::from(1 << 20);
+        lines.push(format!("environment: {} sites, {:.1} MiB of light, {:.1} MiB of maps", self.sites, mib(self.light_bytes), mib(self.maps_bytes)));
+        if let (Some(pixels), Some(lights), Some(difference), Some(noise)) =
+            (self.compared_pixels, self.compared_lights, self.relative_rms_difference, self.noise_of_comparison)
+        {
+            let text = format!(
+                "difference from {lights} sampled lights at {pixels} pixels: {} RMS, of which drawing the lights makes {}",
+                percent(difference),
+                percent(noise)
+            );
+            lines.push(text);
+        }
+        lines.join("\n")
+    }
 }
 
 /// How the values of one material were made.
@@ -172,6 +297,7 @@ impl<'a> Summary<'a> {
             tolerance: quality.tolerance,
             milliseconds: Stages(stages),
             materials: materials.collect(),
+            environment: rendered.environment.as_ref().map(|report| Environment::new(scene, report)),
             notes,
         }
     }
@@ -196,8 +322,8 @@ impl<'a> Summary<'a> {
                 percent(m.interpolation_error),
             )
         };
-        let lines: Vec<String> = self.materials.iter().map(line).collect();
-        lines.join("\n")
+        let lines = self.materials.iter().map(line).chain(self.environment.iter().map(Environment::how));
+        lines.collect::<Vec<String>>().join("\n")
     }
 }
 
@@ -205,7 +331,7 @@ impl fmt::Display for Summary<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { scene, width, height, samples, lights, .. } = self;
         writeln!(f, "{scene}: {width} x {height} pixels of {samples} samples, {lights} lights")?;
-        if !self.materials.is_empty() {
+        if !self.materials.is_empty() || self.environment.is_some() {
             writeln!(f, "{}", self.how())?;
         }
         write!(f, "{}", self.milliseconds)?;

@@ -30,12 +30,29 @@ pub enum Light {
     },
 }
 
+/// How an environment lights a scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Lighting {
+    /// By directional lights that are drawn from it.
+    #[default]
+    Sampled,
+    /// As a whole: see [`EnvironmentLit`](crate::render::EnvironmentLit).
+    SphericalGaussians,
+}
+
+impl Lighting {
+    /// Names in files and on the command line.
+    pub const NAMES: [(&str, Self); 2] = [("sampled", Self::Sampled), ("sg", Self::SphericalGaussians)];
+}
+
 /// An environment map and how it is used.
 #[derive(Clone, Debug)]
 pub struct Surroundings {
     /// The map.
     pub map: Environment,
-    /// Directional lights that stand for it.
+    /// How it lights the scene.
+    pub lighting: Lighting,
+    /// Directional lights that stand for it where it is sampled.
     pub lights: u32,
     /// Whether it shows as background.
     pub visible: bool,
@@ -67,9 +84,11 @@ impl Surroundings {
         let file = required(&table, "file", table.path("file")?, "\"studio.hdr\"")?;
         let rotation = table.f64("rotation_deg", range(-360.0, 360.0))?.unwrap_or(0.0).to_radians();
         let scale = table.f64("scale", range(1e-9, 1e9))?.unwrap_or(1.0);
+        let names = Lighting::NAMES.map(|n| n.0);
+        let lighting = table.choice("lighting", &names)?.map_or(Lighting::default(), |k| Lighting::NAMES[k].1);
         let lights = table.integer("lights", 1, MAX_LIGHTS)?.unwrap_or(32);
         let visible = table.bool("visible")?.unwrap_or(false);
         table.finish()?;
-        Ok(Self { map: Environment::load(&file, rotation, scale)?, lights, visible })
+        Ok(Self { map: Environment::load(&file, rotation, scale)?, lighting, lights, visible })
     }
 }

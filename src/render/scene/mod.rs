@@ -15,7 +15,7 @@ mod shape;
 
 pub use camera::Camera;
 pub use file::{SCENE_TEMPLATE, Scene};
-pub use light::{Light, Surroundings};
+pub use light::{Light, Lighting, Surroundings};
 pub use material::SceneMaterial;
 pub use object::Object;
 pub use shape::Shape;

@@ -1,0 +1,117 @@
+//! What arrives at the sites of a scene, and what leaves them for all viewers.
+
+use super::super::world::{SurfacePoint, World};
+use super::half_vectors::texel_sharpness;
+use super::material::MaterialResponse;
+use super::octahedron::{hemisphere_place, hemisphere_texels};
+use super::prefilter::PrefilteredMaps;
+use super::sites::{SiteWeights, Sites};
+use crate::error::Result;
+use crate::filter::Control;
+use crate::numerics::cast::narrow;
+use glam::{DVec3, Vec2, Vec3, Vec4};
+use rayon::prelude::*;
+
+/// A share of 1 as it is kept.
+const WHOLE: f32 = 255.0;
+
+/// Light at the sites of a scene.
+pub struct LightField {
+    /// For each site, its material's nodes: radiance times `cos_o`, without that of the lobes.
+    outgoing: Vec<Vec4>,
+    /// Where the nodes of each site begin.
+    starts: Vec<usize>,
+    /// For each site with lobes the share of light that comes through from the texels of its hemisphere, unless all does.
+    shares: Vec<Option<Box<[u8]>>>,
+}
+
+impl LightField {
+    /// Follows a ray from each site through each texel of its hemisphere.
+    ///
+    /// # Errors
+    /// `Interrupted`.
+    pub fn new(
+        world: &World<'_>,
+        sites: &Sites,
+        responses: &[MaterialResponse],
+        maps: &PrefilteredMaps,
+        control: &Control<'_>,
+    ) -> Result<Self> {
+        let texels: Vec<Vec<(DVec3, f64)>> = responses.iter().map(|r| hemisphere_texels(r.fineness.side)).collect();
+        let site = |place: &SurfacePoint| {
+            if control.check().is_err() {
+                return Default::default();
+            }
+            let material = world.scene.objects[place.object].material(&place.hit);
+            let response = &responses[material];
+            let mut incident = Vec::with_capacity(texels[material].len());
+            let mut shares = Vec::with_capacity(texels[material].len());
+            for &(direction, solid_angle) in &texels[material] {
+                let to_light = (place.frame * direction).normalize();
+                let share = narrow(world.transmittance(place, to_light, f64::INFINITY));
+                let radiance = maps.look_up(to_light.as_vec3(), narrow(texel_sharpness(solid_angle)));
+                incident.push(share * radiance);
+                shares.push(share);
+            }
+            let kept = !response.lobes.is_empty() && shares.iter().any(|s| *s < 1.0);
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "shares are in 0..1")]
+            let bytes = || shares.iter().map(|s| (s * WHOLE).round() as u8).collect();
+            (response.outgoing(&incident), kept.then(bytes))
+        };
+        let all: Vec<(Vec<Vec4>, Option<Box<[u8]>>)> = sites.places.par_iter().map(site).collect();
+        control.check()?;
+        let mut field = Self { outgoing: Vec::new(), starts: Vec::new(), shares: Vec::new() };
+        for (outgoing, shares) in all {
+            field.starts.push(field.outgoing.len());
+            field.outgoing.extend(outgoing);
+            field.shares.push(shares);
+        }
+        Ok(field)
+    }
+
+    /// Radiance times `cos_o` around a place, for the viewer between three nodes.
+    #[inline]
+    pub fn outgoing(&self, around: &SiteWeights, nodes: [usize; 3], weights: [f32; 3]) -> Vec4 {
+        let mut sum = Vec4::ZERO;
+        for (&site, &share) in around.sites.iter().zip(&around.weights) {
+            if share > 0.0 {
+                let row = &self.outgoing[self.starts[site as usize]..];
+                sum += share * (weights[0] * row[nodes[0]] + weights[1] * row[nodes[1]] + weights[2] * row[nodes[2]]);
+            }
+        }
+        sum
+    }
+
+    /// The share of light that comes through around a place from a direction of the tile's upper hemisphere.
+    #[inline]
+    pub fn share(&self, around: &SiteWeights, direction: Vec3, side: usize) -> f32 {
+        let mut sum = 0.0;
+        for (&site, &weight) in around.sites.iter().zip(&around.weights) {
+            sum += weight * self.shares[site as usize].as_ref().map_or(1.0, |shares| bilinear(shares, direction, side));
+        }
+        sum
+    }
+
+    /// Whether all light comes through around a place.
+    #[inline]
+    pub fn is_open(&self, around: &SiteWeights) -> bool {
+        around.sites.iter().all(|&site| self.shares[site as usize].is_none())
+    }
+
+    /// Bytes of all tables.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.outgoing.as_slice()) + self.shares.iter().flatten().map(|s| s.len()).sum::<usize>()
+    }
+}
+
+#[inline]
+fn bilinear(shares: &[u8], direction: Vec3, side: usize) -> f32 {
+    let last = (side - 1) as f32;
+    let at = ((hemisphere_place(direction) + 1.0) * (0.5 * side as f32) - 0.5).clamp(Vec2::ZERO, Vec2::splat(last));
+    let corner = at.floor().min(Vec2::splat(last - 1.0));
+    let part = at - corner;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "whole numbers from 0 to the side")]
+    let first = corner.y as usize * side + corner.x as usize;
+    let row = |at: usize| f32::from(shares[at]) * (1.0 - part.x) + f32::from(shares[at + 1]) * part.x;
+    (row(first) * (1.0 - part.y) + row(first + side) * part.y) / WHOLE
+}

@@ -1,0 +1,243 @@
+//! Where the light that arrives is kept: at the corners of meshes, and on grids over shapes that have a closed form.
+//!
+//! Between sites what they hold is interpolated, in the frames of their own tiles: linearly over triangles, bilinearly over grids. Corners that share a vertex
+//! share a site where their frames nearly agree and their material is the same.
+
+use super::super::scene::Shape;
+use super::super::shapes::{Cylinder, Hit, Plane, Sphere, any_across};
+use super::super::world::{SurfacePoint, World};
+use crate::numerics::cast::{index_u32, narrow, truncate_usize};
+use glam::{DMat3, DVec3};
+use std::f64::consts::{PI, TAU};
+
+/// Columns of sites around a sphere or a cylinder, and along the longer side of a plane. Chosen: 5.6 degrees; shadows on them are that soft.
+const COLUMNS: usize = 64;
+/// Fewest rows of a grid.
+const LEAST_ROWS: usize = 8;
+/// Share of a triangle's other corners at the site of a corner: rays that leave from the corner itself would leave from a dozen triangles at once.
+const PULLED_IN: f64 = 0.05;
+/// Least cosine between the normals of corners that share a site (8 degrees), and between their tangents (20 degrees). Chosen.
+const SHARED: [f64; 2] = [0.99, 0.94];
+
+/// Sites around a place, and their weights, which add up to 1.
+#[derive(Clone, Copy, Debug)]
+pub struct SiteWeights {
+    /// Places of the sites; a mesh has three.
+    pub sites: [u32; 4],
+    /// Their weights.
+    pub weights: [f32; 4],
+}
+
+/// The sites of a scene.
+pub struct Sites {
+    /// Each with its tile's frame; the outer side and, of objects with two sides, the inner one.
+    pub places: Vec<SurfacePoint>,
+    objects: Vec<ObjectSites>,
+}
+
+/// The sites of an object, outer side first.
+enum ObjectSites {
+    /// For each triangle those of its corners.
+    Mesh([Vec<[u32; 3]>; 2]),
+    /// The first of each side.
+    Grid(Grid, [u32; 2]),
+}
+
+/// A grid over the parameters `u` and `v` of a shape, both in 0..1.
+#[derive(Clone, Copy)]
+struct Grid {
+    columns: usize,
+    rows: usize,
+    /// Whether `u` runs around.
+    around: bool,
+}
+
+impl Sites {
+    /// The sites of all objects.
+    pub fn new(world: &World<'_>) -> Self {
+        let mut sites = Self { places: Vec::new(), objects: Vec::new() };
+        for (index, object) in world.scene.objects.iter().enumerate() {
+            let sides = if object.two_sided { 2 } else { 1 };
+            let of = match &object.shape {
+                Shape::Mesh(mesh) => {
+                    let mut corners = [Vec::new(), Vec::new()];
+                    for (side, corners) in corners.iter_mut().enumerate().take(sides) {
+                        *corners = sites.add_mesh(world, index, mesh.vertices_of_triangles(), side == 0);
+                    }
+                    ObjectSites::Mesh(corners)
+                }
+                shape => {
+                    let grid = Grid::over(shape);
+                    let mut first = [0; 2];
+                    for (side, first) in first.iter_mut().enumerate().take(sides) {
+                        *first = index_u32(sites.places.len());
+                        sites.add_grid(world, index, grid, side == 0);
+                    }
+                    ObjectSites::Grid(grid, first)
+                }
+            };
+            sites.objects.push(of);
+        }
+        sites
+    }
+
+    fn add_mesh(&mut self, world: &World<'_>, object: usize, triangles: &[[u32; 3]], front: bool) -> Vec<[u32; 3]> {
+        let vertices = triangles.iter().flatten().max().map_or(0, |&v| v as usize + 1);
+        let mut of_vertex: Vec<Vec<u32>> = vec![Vec::new(); vertices];
+        let material = |p: &SurfacePoint| world.scene.objects[object].material(&p.hit);
+        let mut corners = Vec::with_capacity(triangles.len());
+        for (primitive, triangle) in (0_u32..).zip(triangles) {
+            corners.push(std::array::from_fn(|corner| {
+                let mut weights = [PULLED_IN; 3];
+                weights[corner] = 1.0 - 2.0 * PULLED_IN;
+                let hit = Hit { distance: 0.0, primitive, barycentric: [weights[1], weights[2]] };
+                let place = world.seen_upright(object, hit, front);
+                let of_vertex = &mut of_vertex[triangle[corner] as usize];
+                let alike = |&&site: &&u32| {
+                    let other = &self.places[site as usize];
+                    let along = |axis: fn(&DMat3) -> DVec3| axis(&other.frame).dot(axis(&place.frame));
+                    along(|f| f.z_axis) > SHARED[0] && along(|f| f.x_axis) > SHARED[1] && material(other) == material(&place)
+                };
+                if let Some(&site) = of_vertex.iter().find(alike) {
+                    return site;
+                }
+                let site = index_u32(self.places.len());
+                of_vertex.push(site);
+                self.places.push(place);
+                site
+            }));
+        }
+        corners
+    }
+
+    fn add_grid(&mut self, world: &World<'_>, object: usize, grid: Grid, front: bool) {
+        let shape = &world.scene.objects[object].shape;
+        for index in 0..grid.columns * grid.rows {
+            let u = (index % grid.columns) as f64 + if grid.around { 0.0 } else { 0.5 };
+            let v = (index / grid.columns) as f64 + 0.5;
+            let position = position(shape, u / grid.columns as f64, v / grid.rows as f64);
+            self.places.push(world.upright_at(object, position, front));
+        }
+    }
+
+    /// The sites around a place on an object.
+    #[inline]
+    pub fn around(&self, world: &World<'_>, object: usize, hit: &Hit, position: DVec3, front: bool) -> SiteWeights {
+        let side = usize::from(!front);
+        match &self.objects[object] {
+            ObjectSites::Mesh(corners) => {
+                let [a, b, c] = corners[side][hit.primitive as usize];
+                let [u, v] = hit.barycentric;
+                SiteWeights { sites: [a, b, c, a], weights: [1.0 - u - v, u, v, 0.0].map(narrow) }
+            }
+            ObjectSites::Grid(grid, first) => {
+                let [u, v] = parameters(&world.scene.objects[object].shape, position);
+                grid.around(first[side], u, v)
+            }
+        }
+    }
+}
+
+impl Grid {
+    fn over(shape: &Shape) -> Self {
+        let rows = |ratio: f64| truncate_usize((COLUMNS as f64 * ratio).ceil()).clamp(LEAST_ROWS, COLUMNS);
+        match shape {
+            Shape::Plane(plane) => {
+                let longer = plane.size[0].max(plane.size[1]);
+                Self { columns: rows(plane.size[0] / longer), rows: rows(plane.size[1] / longer), around: false }
+            }
+            Shape::Cylinder(c) => Self { columns: COLUMNS, rows: rows(c.height / (TAU * c.radius)), around: true },
+            Shape::Sphere(_) | Shape::Mesh(_) => Self { columns: COLUMNS, rows: rows(0.5), around: true },
+        }
+    }
+
+    fn around(self, first: u32, u: f64, v: f64) -> SiteWeights {
+        let last = |size: usize| (size - 1) as f64;
+        let x = if self.around { u * self.columns as f64 } else { (u * self.columns as f64 - 0.5).clamp(0.0, last(self.columns)) };
+        let y = (v * self.rows as f64 - 0.5).clamp(0.0, last(self.rows));
+        let (column, row) = (truncate_usize(x).min(self.columns - 1), truncate_usize(y).min(self.rows - 1));
+        let (right, below) = (x - column as f64, y - row as f64);
+        let next = if self.around { (column + 1) % self.columns } else { (column + 1).min(self.columns - 1) };
+        let lower = (row + 1).min(self.rows - 1);
+        let site = |row: usize, column: usize| first + index_u32(row * self.columns + column);
+        SiteWeights {
+            sites: [site(row, column), site(row, next), site(lower, column), site(lower, next)],
+            weights: [(1.0 - right) * (1.0 - below), right * (1.0 - below), (1.0 - right) * below, right * below].map(narrow),
+        }
+    }
+}
+
+/// The place with these parameters; no mesh has any.
+fn position(shape: &Shape, u: f64, v: f64) -> DVec3 {
+    let turned = |axis: DVec3| {
+        let x = any_across(axis);
+        let (sin, cos) = (TAU * u).sin_cos();
+        cos * x + sin * axis.cross(x)
+    };
+    match shape {
+        Shape::Sphere(Sphere { center, radius, axis }) => {
+            let (sin, cos) = (PI * v).sin_cos();
+            *center + *radius * (sin * turned(*axis) + cos * *axis)
+        }
+        Shape::Cylinder(Cylinder { center, radius, height, axis }) => *center + *radius * turned(*axis) + (v - 0.5) * *height * *axis,
+        Shape::Plane(Plane { center, frame, size }) => {
+            *center + (u - 0.5) * size[0] * frame.x_axis + (v - 0.5) * size[1] * frame.y_axis
+        }
+        Shape::Mesh(mesh) => mesh.middle(),
+    }
+}
+
+/// The parameters of a place on a shape.
+fn parameters(shape: &Shape, place: DVec3) -> [f64; 2] {
+    let turn = |axis: DVec3, from: DVec3| {
+        let x = any_across(axis);
+        (from.dot(axis.cross(x)).atan2(from.dot(x)) / TAU).rem_euclid(1.0)
+    };
+    match shape {
+        Shape::Sphere(Sphere { center, radius, axis }) => {
+            let from = place - *center;
+            [turn(*axis, from), (from.dot(*axis) / *radius).clamp(-1.0, 1.0).acos() / PI]
+        }
+        Shape::Cylinder(Cylinder { center, height, axis, .. }) => {
+            let from = place - *center;
+            [turn(*axis, from), from.dot(*axis) / *height + 0.5]
+        }
+        Shape::Plane(Plane { center, frame, size }) => {
+            let from = place - *center;
+            [from.dot(frame.x_axis) / size[0] + 0.5, from.dot(frame.y_axis) / size[1] + 0.5]
+        }
+        Shape::Mesh(_) => [0.5; 2],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parameters_and_positions_are_inverse_and_weights_reproduce_the_place() {
+        let axis = DVec3::new(0.2, -0.4, 0.9).normalize();
+        let shapes = [
+            Shape::Sphere(Sphere { center: DVec3::new(1.0, 2.0, 3.0), radius: 0.7, axis }),
+            Shape::Cylinder(Cylinder { center: DVec3::X, radius: 0.5, height: 3.0, axis }),
+            Shape::Plane(Plane { center: DVec3::Y, frame: DMat3::IDENTITY, size: [2.0, 5.0] }),
+        ];
+        for shape in &shapes {
+            let grid = Grid::over(shape);
+            for (u, v) in [(0.01, 0.5), (0.3, 0.21), (0.77, 0.9), (0.999, 0.4)] {
+                let place = position(shape, u, v);
+                let [u2, v2] = parameters(shape, place);
+                assert!((u - u2).abs() < 1e-9 && (v - v2).abs() < 1e-9, "{u}, {v}: {u2}, {v2}");
+                let SiteWeights { sites, weights } = grid.around(0, u, v);
+                assert!((weights.iter().sum::<f32>() - 1.0).abs() < 1e-6, "{weights:?}");
+                let site = |site: u32| {
+                    let (column, row) = (site as usize % grid.columns, site as usize / grid.columns);
+                    let shift = if grid.around { 0.0 } else { 0.5 };
+                    position(shape, (column as f64 + shift) / grid.columns as f64, (row as f64 + 0.5) / grid.rows as f64)
+                };
+                let mean: DVec3 = (0..4).map(|k| f64::from(weights[k]) * site(sites[k])).sum();
+                assert!(mean.distance(place) < 0.01, "{place} by {mean}");
+            }
+        }
+    }
+}
