@@ -82,7 +82,9 @@ fn main() {
         let lit = common::with_control(|control| EnvironmentLit::new(&scene, &quality, control).unwrap());
         let middle = scene.objects[0].middle();
         let large = Camera { width: 640, height: 480, ..scene.camera };
-        let frame = |k: u32| drop(std::hint::black_box(lit.frame(&turned(&large, middle, std::f64::consts::TAU * f64::from(k) / f64::from(FRAMES)))));
+        let frame = |k: u32| {
+            drop(std::hint::black_box(lit.frame(&turned(&large, middle, std::f64::consts::TAU * f64::from(k) / f64::from(FRAMES)))))
+        };
         frame(0);
         let (_, cost) = common::measure(|| (0..FRAMES).for_each(frame));
         let (cpu, wall) = (1e3 * cost.cpu / f64::from(FRAMES), 1e3 * cost.wall / f64::from(FRAMES));

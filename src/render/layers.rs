@@ -124,6 +124,12 @@ impl Tint {
 }
 
 impl Covering {
+    /// Whether the materials of the parts are all that covers the object, as they are.
+    pub fn is_plain(&self) -> bool {
+        let Tint { colour, image, vertex_colours } = &self.tint;
+        self.layers.is_empty() && *colour == [1.0; 3] && image.is_none() && !vertex_colours
+    }
+
     /// Appends the materials at a place, the uppermost first; `base` is that of the part, with the turn of its tile.
     pub fn covers(&self, place: &ImagePlace<'_>, base: (usize, f64), covers: &mut Vec<Cover>) {
         let mut left = 1.0;

@@ -6,7 +6,7 @@ use crate::common::output::{self, Target};
 use crate::common::progress;
 use biscale::error::{BadInput, Result};
 use biscale::filter::Quality;
-use biscale::render::{EnvironmentReport, Lighting, Rendered, ResponseReport, SceneMaterial, SOFTWARE, Scene, render};
+use biscale::render::{EnvironmentReport, Lighting, Rendered, ResponseReport, SOFTWARE, Scene, SceneMaterial, render};
 use biscale::toml_reader::Source;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
@@ -232,7 +232,12 @@ impl<'a> Environment<'a> {
         };
         let mut lines: Vec<String> = self.responses.iter().map(line).collect();
         let mib = |bytes: usize| bytes as f64 / f64::from(1 << 20);
-        lines.push(format!("environment: {} sites, {:.1} MiB of light, {:.1} MiB of maps", self.sites, mib(self.light_bytes), mib(self.maps_bytes)));
+        lines.push(format!(
+            "environment: {} sites, {:.1} MiB of light, {:.1} MiB of maps",
+            self.sites,
+            mib(self.light_bytes),
+            mib(self.maps_bytes)
+        ));
         if let (Some(pixels), Some(lights), Some(difference), Some(noise)) =
             (self.compared_pixels, self.compared_lights, self.relative_rms_difference, self.noise_of_comparison)
         {

@@ -1,11 +1,12 @@
 //! What arrives at the sites of a scene, and what leaves them for all viewers.
 
-use super::super::world::{SurfacePoint, World};
+use super::super::mapping::Footprint;
+use super::super::world::World;
 use super::half_vectors::texel_sharpness;
 use super::material::MaterialResponse;
 use super::octahedron::{hemisphere_place, hemisphere_texels};
 use super::prefilter::PrefilteredMaps;
-use super::sites::{SiteWeights, Sites};
+use super::sites::{Site, SiteWeights, Sites};
 use crate::error::Result;
 use crate::filter::Control;
 use crate::numerics::cast::narrow;
@@ -38,17 +39,16 @@ impl LightField {
         control: &Control<'_>,
     ) -> Result<Self> {
         let texels: Vec<Vec<(DVec3, f64)>> = responses.iter().map(|r| hemisphere_texels(r.fineness.side)).collect();
-        let site = |place: &SurfacePoint| {
+        let site = |&Site { ref place, material }: &Site| {
             if control.check().is_err() {
                 return Default::default();
             }
-            let material = world.scene.objects[place.object].material(&place.hit);
             let response = &responses[material];
             let mut incident = Vec::with_capacity(texels[material].len());
             let mut shares = Vec::with_capacity(texels[material].len());
             for &(direction, solid_angle) in &texels[material] {
                 let to_light = (place.frame * direction).normalize();
-                let share = narrow(world.transmittance(place, to_light, f64::INFINITY));
+                let share = narrow(world.transmittance(place, Footprint::POINT, to_light, f64::INFINITY));
                 let radiance = maps.look_up(to_light.as_vec3(), narrow(texel_sharpness(solid_angle)));
                 incident.push(share * radiance);
                 shares.push(share);
@@ -58,7 +58,8 @@ impl LightField {
             let bytes = || shares.iter().map(|s| (s * WHOLE).round() as u8).collect();
             (response.outgoing(&incident), kept.then(bytes))
         };
-        let all: Vec<(Vec<Vec4>, Option<Box<[u8]>>)> = sites.places.par_iter().map(site).collect();
+        type OfSite = (Vec<Vec4>, Option<Box<[u8]>>);
+        let all: Vec<OfSite> = sites.all.par_iter().map(site).collect();
         control.check()?;
         let mut field = Self { outgoing: Vec::new(), starts: Vec::new(), shares: Vec::new() };
         for (outgoing, shares) in all {

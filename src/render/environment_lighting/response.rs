@@ -144,8 +144,7 @@ impl Sampled {
     fn new(rows: &Rows<'_>, wo: DVec3, directions: &[DVec3]) -> Self {
         let halves: Vec<DVec3> = directions.iter().map(|wi| (*wi + wo).normalize()).collect();
         let middles = rows.texels.len();
-        let texel: Vec<usize> =
-            directions.iter().enumerate().map(|(at, w)| if at < middles { at } else { rows.texel_of(*w) }).collect();
+        let texel: Vec<usize> = directions.iter().enumerate().map(|(at, w)| if at < middles { at } else { rows.texel_of(*w) }).collect();
         let weight = |(h, &texel): (&DVec3, &usize)| {
             let drawn: f64 = rows.lobes[..rows.kept].iter().map(|l| l.draws_density(wo, *h)).sum();
             1.0 / (1.0 / rows.texels[texel].1 + drawn)
@@ -159,9 +158,9 @@ impl Sampled {
     /// Amplitudes of all columns: non-negative least squares over solid angle, a channel at a time.
     fn amplitudes(&self, numbers: &[DVec3]) -> Vec<DVec3> {
         let count = self.columns.len();
-        let dot = |a: &[f64], b: &dyn Fn(usize) -> f64| a.iter().zip(&self.weights).enumerate().map(|(s, (a, w))| w * a * b(s)).sum::<f64>();
-        let matrix: Vec<f64> =
-            (0..count * count).map(|k| dot(&self.columns[k / count], &|s| self.columns[k % count][s])).collect();
+        let dot =
+            |a: &[f64], b: &dyn Fn(usize) -> f64| a.iter().zip(&self.weights).enumerate().map(|(s, (a, w))| w * a * b(s)).sum::<f64>();
+        let matrix: Vec<f64> = (0..count * count).map(|k| dot(&self.columns[k / count], &|s| self.columns[k % count][s])).collect();
         let mut amplitudes = vec![DVec3::ZERO; count];
         for channel in 0..3 {
             let right: Vec<f64> = self.columns.iter().map(|c| dot(c, &|s| numbers[s][channel])).collect();
