@@ -83,7 +83,7 @@ fn main() {
         let middle = scene.objects[0].middle();
         let large = Camera { width: 640, height: 480, ..scene.camera };
         let frame = |k: u32| {
-            drop(std::hint::black_box(lit.frame(&turned(&large, middle, std::f64::consts::TAU * f64::from(k) / f64::from(FRAMES)))))
+            drop(std::hint::black_box(lit.frame(&turned(&large, middle, std::f64::consts::TAU * f64::from(k) / f64::from(FRAMES)))));
         };
         frame(0);
         let (_, cost) = common::measure(|| (0..FRAMES).for_each(frame));

@@ -52,6 +52,15 @@ pub fn hemisphere_texels(side: usize) -> Vec<(DVec3, f64)> {
     (0..side * side).map(texel).collect()
 }
 
+/// `parts²` directions spread over a texel of the upper hemisphere, in equal parts of its square.
+pub fn within_texel(side: usize, texel: usize, parts: usize) -> impl Iterator<Item = DVec3> {
+    let corner = DVec2::new((texel % side) as f64, (texel / side) as f64);
+    (0..parts * parts).map(move |part| {
+        let inside = (DVec2::new((part % parts) as f64, (part / parts) as f64) + 0.5) / parts as f64;
+        hemisphere_direction(2.0 * (corner + inside) / side as f64 - 1.0)
+    })
+}
+
 /// Solid angle of a spherical triangle (Van Oosterom and Strackee 1983).
 fn solid_angle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     2.0 * a.dot(b.cross(c)).abs().atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
@@ -90,6 +99,10 @@ mod tests {
         let texels = hemisphere_texels(16);
         let sum: f64 = texels.iter().map(|t| t.1).sum();
         assert!((sum - TAU).abs() < 1e-12, "{sum}");
+        for (texel, (middle, _)) in texels.iter().enumerate() {
+            let mean: DVec3 = within_texel(16, texel, 3).sum();
+            assert!(mean.normalize().distance(*middle) < 0.02, "{mean} and {middle}");
+        }
         let cosine: f64 = texels.iter().map(|t| t.0.z * t.1).sum();
         assert!((cosine / (0.5 * TAU) - 1.0).abs() < 3e-3, "{cosine}");
     }

@@ -11,8 +11,9 @@ use crate::numerics::cast::{index_u32, narrow, truncate_usize};
 use glam::{DMat3, DVec3};
 use std::f64::consts::{PI, TAU};
 
-/// Columns of sites around a sphere or a cylinder, and along the longer side of a plane. Chosen: 5.6 degrees; shadows on them are that soft.
+/// Columns of sites around a sphere or a cylinder, and along the longer side of a plane. Chosen: 5.6 degrees; shadows are as soft as sites are apart.
 const COLUMNS: usize = 64;
+const PLANE_COLUMNS: usize = 96;
 /// Fewest rows of a grid.
 const LEAST_ROWS: usize = 8;
 /// Share of a triangle's other corners at the site of a corner: rays that leave from the corner itself would leave from a dozen triangles at once.
@@ -183,11 +184,12 @@ impl Site {
 
 impl Grid {
     fn over(shape: &Shape) -> Self {
-        let rows = |ratio: f64| truncate_usize((COLUMNS as f64 * ratio).ceil()).clamp(LEAST_ROWS, COLUMNS);
+        let of = |most: usize, ratio: f64| truncate_usize((most as f64 * ratio).ceil()).clamp(LEAST_ROWS, most);
+        let rows = |ratio: f64| of(COLUMNS, ratio);
         match shape {
             Shape::Plane(plane) => {
                 let longer = plane.size[0].max(plane.size[1]);
-                Self { columns: rows(plane.size[0] / longer), rows: rows(plane.size[1] / longer), around: false }
+                Self { columns: of(PLANE_COLUMNS, plane.size[0] / longer), rows: of(PLANE_COLUMNS, plane.size[1] / longer), around: false }
             }
             Shape::Cylinder(c) => Self { columns: COLUMNS, rows: rows(c.height / (TAU * c.radius)), around: true },
             Shape::Sphere(_) | Shape::Mesh(_) => Self { columns: COLUMNS, rows: rows(0.5), around: true },
