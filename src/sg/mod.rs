@@ -23,7 +23,7 @@
 //! | `mixture` | a density of directions as a sum of lobes: spherical expectation maximisation |
 //! | `hemisphere` | integrals of one lobe over a hemisphere, plain and with the cosine |
 //! | `warp` | a lobe of half vectors as lobes of incident directions |
-//! | `zonal` | a function of the angle to an axis as a sum of lobes about that axis |
+//! | `zonal` | a function of the angle to an axis as a sum of lobes about that axis, and its second harmonic in azimuth |
 
 mod hemisphere;
 mod lobe;
@@ -35,4 +35,4 @@ pub use hemisphere::{clamped_cosine_integral, hemispherical_integral};
 pub use lobe::{Lobe, integral_of_product};
 pub use mixture::{MAX_SHARPNESS, Mixture, MixtureLobe, Order, WeightedDirection, WeightedLobes, distinct};
 pub use warp::{mirrored, warp};
-pub use zonal::{ZonalFit, ZonalProfile};
+pub use zonal::{ZonalBasis, ZonalFit, ZonalProfile};

@@ -25,6 +25,8 @@ const NEGLIGIBLE_AMPLITUDE: f64 = 1e-9;
 const GOOD: f64 = 0.01;
 /// Share of the diagonal that is added where amplitudes may be negative: they stay within some hundred times the function, so that sums in f32 keep four digits.
 const RIDGE: f64 = 1e-8;
+/// The same of a second harmonic, of the mean of the diagonal. Chosen, not measured.
+const HARMONIC_RIDGE: f64 = 1e-6;
 
 /// A function of the angle to an axis, 0 to a right angle, never negative.
 pub struct ZonalProfile<'a> {
@@ -43,28 +45,72 @@ pub struct ZonalFit {
     pub relative_rms: f64,
 }
 
-impl ZonalFit {
-    /// The fit whose sharpnesses grow by the factor `ratio`: 2 is within 1 % of a GGX lobe everywhere, 4 within 10.
+/// Sharpnesses of sums, and the angles at which functions are compared with them.
+#[derive(Clone, Debug)]
+pub struct ZonalBasis {
+    sharpness: Vec<f64>,
+    /// A geometric row of angles, the largest first.
+    pub angles: Vec<f64>,
+}
+
+impl ZonalBasis {
+    /// For functions of a width, with sharpnesses that grow by the factor `ratio`: 2 is within 1 % of a GGX lobe everywhere, 4 within 10.
     ///
     /// # Panics
     /// If `ratio` is not above 1 or the width not positive.
-    pub fn new(profile: &ZonalProfile<'_>, ratio: f64) -> Self {
-        assert!(ratio > 1.0 && profile.width > 0.0, "ratio {ratio}, width {}", profile.width);
-        let width = profile.width.min(FRAC_PI_2);
-        let sharpness = row_of_sharpness(width, ratio);
-        let angles = angles(width);
-        let values: Vec<f64> = angles.iter().map(|&a| (profile.value)(a).max(0.0)).collect();
-        let energy = angles.iter().zip(&values).map(|(a, v)| a * a * v).fold(0.0, f64::max);
-        if energy <= 0.0 {
-            return Self::default();
+    pub fn new(width: f64, ratio: f64) -> Self {
+        assert!(ratio > 1.0 && width > 0.0, "ratio {ratio}, width {width}");
+        let width = width.min(FRAC_PI_2);
+        Self { sharpness: row_of_sharpness(width, ratio), angles: angles(width) }
+    }
+
+    /// What a relative error counts at each angle, for a function with these values: `weights` are shares of the energy of a ring that count at all.
+    fn scale(&self, values: &[f64], weights: &[f64]) -> Option<Vec<f64>> {
+        let weighted = || self.angles.iter().zip(values).zip(weights);
+        let energy = weighted().map(|((a, v), w)| a * a * v * w).fold(0.0, f64::max);
+        (energy > 0.0).then(|| weighted().map(|((a, v), w)| w / (v * w + NEGLIGIBLE_ENERGY * energy / (a * a))).collect())
+    }
+
+    /// The sum nearest to a function with these values, at least 0, at the angles.
+    pub fn fit(&self, values: &[f64], weights: &[f64]) -> ZonalFit {
+        let Some(scale) = self.scale(values, weights) else { return ZonalFit::default() };
+        let (mut matrix, right) = self.normal_equations(values, &scale, lobe);
+        let of = |amplitudes: Vec<f64>| {
+            let fit = ZonalFit { lobes: self.kept(&amplitudes), relative_rms: 0.0 };
+            let squares = self.angles.iter().zip(values).zip(&scale).map(|((a, v), s)| (s * (fit.eval(*a) - v)).powi(2));
+            ZonalFit { relative_rms: (squares.sum::<f64>() / self.angles.len() as f64).sqrt(), ..fit }
+        };
+        let positive = of(non_negative_least_squares(&matrix, &right));
+        if positive.relative_rms <= GOOD {
+            return positive;
         }
-        // Each row of the system divided by the value there.
-        let scale: Vec<f64> = angles.iter().zip(&values).map(|(a, v)| 1.0 / (v + NEGLIGIBLE_ENERGY * energy / (a * a))).collect();
-        let row = |k: usize| -> Vec<f64> { sharpness.iter().map(|&l| scale[k] * lobe(l, angles[k])).collect() };
-        let rows: Vec<Vec<f64>> = (0..angles.len()).map(row).collect();
-        let count = sharpness.len();
+        // What falls faster than a Gaussian is a difference of some.
+        let count = self.sharpness.len();
+        (0..count).for_each(|k| matrix[k * count + k] *= 1.0 + RIDGE);
+        match Cholesky::new(&matrix, count).map(|cholesky| of(cholesky.solve(&right))) {
+            Some(signed) if signed.relative_rms < 0.5 * positive.relative_rms => signed,
+            _ => positive,
+        }
+    }
+
+    /// Sharpness `l` and amplitude of each term of a second harmonic in azimuth: of the sum of `l (n_x² - n_y²) G_l(n)` nearest to `f(θ) cos 2φ`, with `f`
+    /// given by its values at the angles. Errors count in relation to the zonal function that it goes with, `zonal`.
+    pub fn fit_second_harmonic(&self, values: &[f64], zonal: &[f64], weights: &[f64]) -> Vec<[f64; 2]> {
+        let Some(scale) = self.scale(zonal, weights) else { return Vec::new() };
+        let (mut matrix, right) = self.normal_equations(values, &scale, |l, angle| l * angle.sin().powi(2) * lobe(l, angle));
+        let count = self.sharpness.len();
+        let trace: f64 = (0..count).map(|k| matrix[k * count + k]).sum();
+        // The constant has no such term.
+        (0..count).for_each(|k| matrix[k * count + k] += HARMONIC_RIDGE * trace / count as f64);
+        Cholesky::new(&matrix, count).map_or_else(Vec::new, |cholesky| self.kept(&cholesky.solve(&right)))
+    }
+
+    /// Normal equations of a sum of `term(sharpness, angle)`, each row scaled.
+    fn normal_equations(&self, values: &[f64], scale: &[f64], term: impl Fn(f64, f64) -> f64) -> (Vec<f64>, Vec<f64>) {
+        let count = self.sharpness.len();
         let (mut matrix, mut right) = (vec![0.0; count * count], vec![0.0; count]);
-        for (row, (value, scale)) in rows.iter().zip(values.iter().zip(&scale)) {
+        for ((angle, value), scale) in self.angles.iter().zip(values).zip(scale) {
+            let row: Vec<f64> = self.sharpness.iter().map(|&l| scale * term(l, *angle)).collect();
             for i in 0..count {
                 right[i] += row[i] * value * scale;
                 for j in 0..count {
@@ -72,26 +118,23 @@ impl ZonalFit {
                 }
             }
         }
-        let of = |amplitudes: Vec<f64>| {
-            let largest = amplitudes.iter().map(|a| a.abs()).fold(0.0, f64::max);
-            let kept = |a: &f64| a.abs() > NEGLIGIBLE_AMPLITUDE * largest;
-            let lobes = sharpness.iter().zip(amplitudes).filter(|(_, a)| kept(a)).map(|(&l, a)| [l, a]).collect();
-            let fit = Self { lobes, relative_rms: 0.0 };
-            let squares = angles.iter().zip(&values).zip(&scale).map(|((a, v), s)| (s * (fit.eval(*a) - v)).powi(2));
-            Self { relative_rms: (squares.sum::<f64>() / angles.len() as f64).sqrt(), ..fit }
-        };
-        let positive = of(non_negative_least_squares(&matrix, &right));
-        if positive.relative_rms <= GOOD {
-            return positive;
-        }
-        // What falls faster than a Gaussian is a difference of some.
-        for k in 0..count {
-            matrix[k * count + k] *= 1.0 + RIDGE;
-        }
-        match Cholesky::new(&matrix, count).map(|cholesky| of(cholesky.solve(&right))) {
-            Some(signed) if signed.relative_rms < 0.5 * positive.relative_rms => signed,
-            _ => positive,
-        }
+        (matrix, right)
+    }
+
+    /// Sharpnesses and amplitudes that count.
+    fn kept(&self, amplitudes: &[f64]) -> Vec<[f64; 2]> {
+        let largest = amplitudes.iter().map(|a| a.abs()).fold(0.0, f64::max);
+        let terms = self.sharpness.iter().zip(amplitudes);
+        terms.filter(|(_, a)| a.abs() > NEGLIGIBLE_AMPLITUDE * largest).map(|(&l, &a)| [l, a]).collect()
+    }
+}
+
+impl ZonalFit {
+    /// The fit whose sharpnesses grow by the factor `ratio`, as [`ZonalBasis::new`] has it.
+    pub fn new(profile: &ZonalProfile<'_>, ratio: f64) -> Self {
+        let basis = ZonalBasis::new(profile.width, ratio);
+        let values: Vec<f64> = basis.angles.iter().map(|&a| (profile.value)(a).max(0.0)).collect();
+        basis.fit(&values, &vec![1.0; values.len()])
     }
 
     /// The value at an angle.
@@ -141,6 +184,20 @@ mod tests {
                 assert!(fit.relative_rms < allowed, "alpha {alpha}, ratio {ratio}: {fit:?}");
             }
         }
+    }
+
+    #[test]
+    fn a_second_harmonic_comes_back() {
+        let basis = ZonalBasis::new(0.05, 2.0);
+        // Half of a GGX lobe a few widths away, none of it at the axis.
+        let zonal: Vec<f64> = basis.angles.iter().map(|&a| ggx(0.05)(a)).collect();
+        let values: Vec<f64> = basis.angles.iter().zip(&zonal).map(|(a, v)| 0.5 * v * a.sin().powi(2) / (a.sin().powi(2) + 0.01)).collect();
+        let terms = basis.fit_second_harmonic(&values, &zonal, &vec![1.0; zonal.len()]);
+        for ((angle, expected), zonal) in basis.angles.iter().zip(&values).zip(&zonal).filter(|((a, _), _)| **a < 1.0) {
+            let got: f64 = terms.iter().map(|&[l, a]| a * l * angle.sin().powi(2) * lobe(l, *angle)).sum();
+            assert!((got - expected).abs() < 0.1 * zonal, "{angle}: {got} for {expected} beside {zonal}");
+        }
+        assert!(basis.fit_second_harmonic(&vec![0.0; values.len()], &zonal, &vec![1.0; values.len()]).is_empty());
     }
 
     #[test]

@@ -9,8 +9,8 @@ use std::str::FromStr;
 
 /// Facets that a run may have.
 const FACETS: RangeInclusive<usize> = 64..=MAX_FACETS;
-/// Most lobes of the normals of a surface. Chosen, not measured.
-pub const MAX_LOBES: usize = 512;
+/// Most lobes of the normals of a surface: a woven tile of 2,760 distinct normals, whose polished threads show each of them, has one for each.
+pub const MAX_LOBES: usize = 4096;
 /// Most lobes that the information criterion chooses: each power of two up to it is fitted.
 pub const MAX_CHOSEN_LOBES: usize = 128;
 /// Factors between the sharpnesses of a BRDF's lobes.
@@ -205,7 +205,7 @@ mod tests {
             "sg:paper:facets=100",
             "sg:paper:facets=0",
             "sg:paper:lobes=0",
-            "sg:paper:lobes=513",
+            "sg:paper:lobes=4097",
             "sg:paper:amplitudes=best",
             "sg:improved:brdf=1",
             "sg:improved:brdf=nan",

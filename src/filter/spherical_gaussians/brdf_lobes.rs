@@ -1,24 +1,30 @@
 //! A small-scale BRDF as spherical Gaussians about the half vector.
 //!
 //! `fr (n·i)(n·o)` is `colour · masking(n·i) · masking(n·o) · shape(n·h)` (`crate::filter::lobes`): the shape becomes a sum of lobes. A measured BRDF depends on
-//! the half angle, on the difference angle, which is that of the pair whatever the normal, and on how the light turns about the half vector; averaged
-//! over the last it is such a sum for each difference angle.
+//! the half angle, on the difference angle, which is that of the pair whatever the normal, and on the azimuth of the normal about the half vector from
+//! the plane of the pair. Isotropic and reciprocal, it has even cosines of the azimuth alone: for each difference angle its mean and its second
+//! harmonic are such sums, the latter of terms `l (n_x² - n_y²) G_l(n)` that a product of lobes integrates like its factors. What is left out errs by 39 dB or
+//! less on exact normals (alum-bronze), 34 with the mean alone.
 
 use crate::brdf::{Brdf, Colour, Measured};
 use crate::filter::lobes::{Lobe, Masking, Shape, lobes};
 use crate::filter::plan::BrdfLobes;
 use crate::numerics::cast::{narrow, truncate_usize};
-use crate::sg::{ZonalFit, ZonalProfile};
+use crate::sg::{ZonalBasis, ZonalFit, ZonalProfile};
 use crate::simd::{LANES, Lanes};
 use glam::DVec3;
+use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Intervals of the difference angle of a measured BRDF, from 0 to a right angle: 6 degrees, linear in between. Chosen, not measured.
-const DIFFERENCE_ANGLES: usize = 15;
-/// Turns of the light about the half vector that a measured BRDF is averaged over.
-const TURNS: usize = 16;
-/// Where a ring of normals sees both directions nowhere, the BRDF is what it is here.
+/// Intervals of the difference angle of a measured BRDF, from 0 to a right angle: 2 degrees, linear in between. With 6 alum-bronze loses up to 5 dB, with 1 it
+/// gains nothing.
+const DIFFERENCE_ANGLES: usize = 45;
+/// Azimuths of the normal about the half vector, over half a turn, at which a measured BRDF is looked up.
+const AZIMUTHS: usize = 16;
+/// A normal whose cosines have a smaller product does not count.
 const LEAST_COSINE: f64 = 1e-9;
+/// Least variance of `cos 2φ` over a ring for a second harmonic, .5 for a whole one. Chosen, not measured.
+const LEAST_DETERMINANT: f64 = 0.05;
 
 /// One lobe of a BRDF as a sum of spherical Gaussians about the half vector.
 #[derive(Clone, Debug)]
@@ -39,7 +45,16 @@ pub enum ZonalAmplitudes {
     /// Of all pairs and channels.
     Same(Vec<Lanes>),
     /// For each difference angle, by channel.
-    ByDifferenceAngle(Vec<[Vec<Lanes>; 3]>),
+    ByDifferenceAngle(Vec<[Terms; 3]>),
+}
+
+/// Amplitudes of a sum and of its second harmonic.
+#[derive(Clone, Debug, Default)]
+pub struct Terms {
+    /// Of the lobes.
+    pub zonal: Vec<Lanes>,
+    /// Of the terms `l (n_x² - n_y²) G_l(n)`, `x` in the plane of the pair; empty where there are none.
+    pub harmonic: Vec<Lanes>,
 }
 
 /// The sums of a BRDF under a tint, and its constant part: a colour to be multiplied by `(n·i)(n·o)`.
@@ -103,49 +118,84 @@ fn of_measured<'a>(lobe: Lobe<'a>, measured: &Measured, kind: BrdfLobes) -> Brdf
         BrdfLobes::Single => 4.0,
         BrdfLobes::Spaced(ratio) => ratio,
     };
-    let width = measured.lobe_alpha();
-    let fits: Vec<[ZonalFit; 3]> = (0..=DIFFERENCE_ANGLES)
+    let basis = ZonalBasis::new(measured.lobe_alpha(), ratio);
+    let fits: Vec<[(ZonalFit, Vec<[f64; 2]>); 3]> = (0..=DIFFERENCE_ANGLES)
+        .into_par_iter()
         .map(|k| {
             let difference = FRAC_PI_2 * k as f64 / DIFFERENCE_ANGLES as f64;
-            // One look-up has all channels.
-            let known = std::cell::RefCell::new(rustc_hash::FxHashMap::<u64, Colour>::default());
-            let at = |angle: f64| *known.borrow_mut().entry(angle.to_bits()).or_insert_with(|| ring(measured, angle, difference));
-            std::array::from_fn(|c| ZonalFit::new(&ZonalProfile { value: &|angle| at(angle)[c], width }, ratio))
+            let rings: Vec<Ring> = basis.angles.iter().map(|&angle| Ring::new(measured, angle, difference)).collect();
+            let weights: Vec<f64> = rings.iter().map(|ring| ring.weight).collect();
+            std::array::from_fn(|c| {
+                let mean: Vec<f64> = rings.iter().map(|ring| ring.mean[c]).collect();
+                let harmonic: Vec<f64> = rings.iter().map(|ring| ring.harmonic[c]).collect();
+                (basis.fit(&mean, &weights), basis.fit_second_harmonic(&harmonic, &mean, &weights))
+            })
         })
         .collect();
-    let mut sharpness: Vec<f64> = fits.iter().flatten().flat_map(|fit| &fit.lobes).map(|l| l[0]).collect();
+    let terms = || fits.iter().flatten().flat_map(|(zonal, harmonic)| zonal.lobes.iter().chain(harmonic));
+    let mut sharpness: Vec<f64> = terms().map(|l| l[0]).collect();
     sharpness.sort_by(f64::total_cmp);
     sharpness.dedup();
-    let amplitudes = |fit: &ZonalFit| {
-        let of = |l: &f64| fit.lobes.iter().find(|lobe| lobe[0] == *l).map_or(0.0, |lobe| lobe[1]);
+    let amplitudes = |terms: &[[f64; 2]]| {
+        let of = |l: &f64| terms.iter().find(|term| term[0] == *l).map_or(0.0, |term| term[1]);
         filled(&sharpness.iter().map(of).collect::<Vec<f64>>())
     };
-    let squares: f64 = fits.iter().flatten().map(|fit| fit.relative_rms.powi(2)).sum();
+    let of_channel =
+        |(zonal, harmonic): &(ZonalFit, Vec<[f64; 2]>)| Terms { zonal: amplitudes(&zonal.lobes), harmonic: amplitudes(harmonic) };
+    let squares: f64 = fits.iter().flatten().map(|(zonal, _)| zonal.relative_rms.powi(2)).sum();
     BrdfLobe {
         lobe: Lobe { masking: Masking::Cosine, table: None, ..lobe },
         sharpness: filled(&sharpness),
-        amplitudes: ZonalAmplitudes::ByDifferenceAngle(fits.iter().map(|of| std::array::from_fn(|c| amplitudes(&of[c]))).collect()),
+        amplitudes: ZonalAmplitudes::ByDifferenceAngle(fits.iter().map(|of| std::array::from_fn(|c| of_channel(&of[c]))).collect()),
         relative_rms: (squares / (3 * fits.len()) as f64).sqrt(),
     }
 }
 
-/// A measured BRDF averaged over the normals at `angle` from the half vector of a pair `2 difference` apart, each counted by the product of its cosines.
-fn ring(measured: &Measured, angle: f64, difference: f64) -> Colour {
-    let (sin_d, cos_d) = difference.min(FRAC_PI_2 - 1e-3).sin_cos();
-    let (wi, wo) = (DVec3::new(sin_d, 0.0, cos_d), DVec3::new(-sin_d, 0.0, cos_d));
-    let (mut sum, mut weight) = ([0.0; 3], 0.0);
-    for k in 0..TURNS {
-        // Half a turn is enough: the other half is its mirror image.
-        let turn = PI * (k as f64 + 0.5) / TURNS as f64;
-        let n = DVec3::new(angle.sin() * turn.cos(), angle.sin() * turn.sin(), angle.cos());
-        let cosines = n.dot(wi).max(0.0) * n.dot(wo).max(0.0);
-        if cosines > LEAST_COSINE {
-            let value = measured.eval(n, wi, wo);
-            (0..3).for_each(|c| sum[c] += cosines * value[c]);
-            weight += cosines;
+/// A measured BRDF over the normals at one angle from the half vector of a pair, each counted by the product of its cosines.
+struct Ring {
+    /// Its mean.
+    mean: Colour,
+    /// Its second harmonic: what stands before `cos 2φ`, with the azimuth `φ` from the plane of the pair.
+    harmonic: Colour,
+    /// Mean product of the cosines, 1 at the half vector.
+    weight: f64,
+}
+
+impl Ring {
+    /// At `angle`, for directions that are `2 difference` apart.
+    fn new(measured: &Measured, angle: f64, difference: f64) -> Self {
+        let (sin_d, cos_d) = difference.min(FRAC_PI_2 - 1e-3).sin_cos();
+        let (wi, wo) = (DVec3::new(sin_d, 0.0, cos_d), DVec3::new(-sin_d, 0.0, cos_d));
+        let mut weight = 0.0;
+        // Weighted moments of `cos 2φ`, and of the values with 1 and `cos 2φ`.
+        let (mut first, mut second, mut sum, mut with_cosine) = (0.0, 0.0, [0.0; 3], [0.0; 3]);
+        for k in 0..AZIMUTHS {
+            // Half a turn is enough: the other half is its mirror image.
+            let azimuth = PI * (k as f64 + 0.5) / AZIMUTHS as f64;
+            let n = DVec3::new(angle.sin() * azimuth.cos(), angle.sin() * azimuth.sin(), angle.cos());
+            let cosines = n.dot(wi).max(0.0) * n.dot(wo).max(0.0);
+            if cosines > LEAST_COSINE {
+                let (value, cosine) = (measured.eval(n, wi, wo), (2.0 * azimuth).cos());
+                weight += cosines;
+                first += cosines * cosine;
+                second += cosines * cosine * cosine;
+                for c in 0..3 {
+                    sum[c] += cosines * value[c];
+                    with_cosine[c] += cosines * cosine * value[c];
+                }
+            }
         }
+        let of_whole = weight / (AZIMUTHS as f64 * cos_d * cos_d);
+        let determinant = weight * second - first * first;
+        // Where few azimuths see both directions, mean and harmonic are not told apart: then the mean is all.
+        if determinant <= LEAST_DETERMINANT * weight * weight {
+            let mean = if weight > 0.0 { sum.map(|s| s / weight) } else { [0.0; 3] };
+            return Self { mean, harmonic: [0.0; 3], weight: of_whole };
+        }
+        let mean = std::array::from_fn(|c| (second * sum[c] - first * with_cosine[c]) / determinant);
+        let harmonic = std::array::from_fn(|c| (weight * with_cosine[c] - first * sum[c]) / determinant);
+        Self { mean, harmonic, weight: of_whole }
     }
-    if weight > 0.0 { sum.map(|s| s / weight) } else { [0.0; 3] }
 }
 
 /// Numbers in lanes, filled up with 0.
@@ -156,20 +206,25 @@ fn filled(numbers: &[f64]) -> Vec<Lanes> {
 
 impl ZonalAmplitudes {
     /// Writes the amplitudes of a pair, whose half vector has cosine `i_dot_h` with the light; how many channels are different.
-    pub fn at(&self, i_dot_h: f64, channels: &mut [Vec<Lanes>; 3]) -> usize {
+    pub fn at(&self, i_dot_h: f64, channels: &mut [Terms; 3]) -> usize {
         match self {
             Self::Same(amplitudes) => {
-                channels[0].clone_from(amplitudes);
+                channels[0].zonal.clone_from(amplitudes);
+                channels[0].harmonic.clear();
                 1
             }
             Self::ByDifferenceAngle(table) => {
                 let place = i_dot_h.clamp(0.0, 1.0).acos() / FRAC_PI_2 * (table.len() - 1) as f64;
                 let low = truncate_usize(place).min(table.len() - 2);
                 let share = narrow(place - low as f64);
+                let between = |out: &mut Vec<Lanes>, a: &[Lanes], b: &[Lanes]| {
+                    out.clear();
+                    out.extend(a.iter().zip(b).map(|(a, b)| std::array::from_fn(|l| a[l] + share * (b[l] - a[l]))));
+                };
                 for (c, channel) in channels.iter_mut().enumerate() {
                     let (a, b) = (&table[low][c], &table[low + 1][c]);
-                    channel.clear();
-                    channel.extend(a.iter().zip(b).map(|(a, b)| std::array::from_fn(|l| a[l] + share * (b[l] - a[l]))));
+                    between(&mut channel.zonal, &a.zonal, &b.zonal);
+                    between(&mut channel.harmonic, &a.harmonic, &b.harmonic);
                 }
                 3
             }

@@ -5,12 +5,12 @@
 //! is taken at the half vector (Wang et al. 2009, section 4; Iwasaki et al. 2012, section 4.1).
 
 use super::amplitudes::Amplitudes;
-use super::brdf_lobes::BrdfLobe;
+use super::brdf_lobes::{BrdfLobe, Terms};
 use super::products::{PairAxes, closure, exact, masked};
 use crate::brdf::Colour;
 use crate::filter::plan::{AmplitudeFit, ProductIntegral};
 use crate::sg::Lobe;
-use crate::simd::{Kernel, LANES, Lanes};
+use crate::simd::{Kernel, LANES};
 use glam::DVec3;
 
 /// `S` of one pair from one surface.
@@ -39,7 +39,7 @@ pub struct PairIntegral<'a> {
 #[derive(Default)]
 pub struct Room {
     /// Amplitudes of a BRDF's sum.
-    brdf: [Vec<Lanes>; 3],
+    brdf: [Terms; 3],
     /// Visible areas of the lobes, by channel.
     areas: [Vec<f32>; 3],
 }
@@ -102,9 +102,19 @@ impl Kernel for PairIntegral<'_> {
                         }
                     }
                     for c in 0..brdf_channels {
-                        let amplitudes = &of_brdf[c][k];
+                        let amplitudes = &of_brdf[c].zonal[k];
                         for l in 0..LANES {
                             of_channel[c] += amplitudes[l] * integral[l];
+                        }
+                    }
+                    if of_brdf[0].harmonic.is_empty() {
+                        continue;
+                    }
+                    let harmonics = axes.harmonics(density, sharpness);
+                    for c in 0..brdf_channels {
+                        let amplitudes = &of_brdf[c].harmonic[k];
+                        for l in 0..LANES {
+                            of_channel[c] += amplitudes[l] * harmonics[l] * integral[l];
                         }
                     }
                 }

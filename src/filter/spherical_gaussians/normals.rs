@@ -8,8 +8,10 @@ use crate::sg::{Lobe, Mixture, MixtureLobe, Order, WeightedDirection, distinct};
 use glam::Vec3;
 use std::ops::Range;
 
-/// Facets whose normals are enough to fit lobes to: a few for each of the most lobes that a plan may have.
+/// Facets whose normals lobes are fitted to: at least so many,
 const FITTED_FACETS: usize = 4096;
+/// and so many for each lobe. Chosen, not measured.
+const FACETS_PER_LOBE: usize = 8;
 
 /// Lobes of the normals of one surface.
 #[derive(Clone, Debug, Default)]
@@ -27,7 +29,8 @@ impl NormalLobes {
     pub fn new(seen: &VisibleFacets, range: Range<usize>, lobes: LobeCount) -> Self {
         let facets = &seen.facets;
         let own: Vec<usize> = range.filter(|&f| facets.triangle[f] != NO_TRIANGLE).collect();
-        let fitted = own.iter().step_by(own.len().div_ceil(FITTED_FACETS).max(1));
+        let enough = if let LobeCount::Fixed(lobes) = lobes { FITTED_FACETS.max(FACETS_PER_LOBE * lobes) } else { FITTED_FACETS };
+        let fitted = own.iter().step_by(own.len().div_ceil(enough).max(1));
         let direction = |&f: &usize| WeightedDirection { direction: facets.normal_of(f).as_dvec3(), weight: f64::from(facets.weight[f]) };
         let normals = distinct(&fitted.map(direction).collect::<Vec<_>>());
         let order = match lobes {

@@ -17,12 +17,17 @@ pub struct PairAxes {
     wo: Vec3,
     /// Their half vector.
     h: Vec3,
+    /// Unit vector across it, in their plane.
+    x: Vec3,
 }
 
 impl PairAxes {
     /// Of two directions, to the light and to the viewer.
     pub fn new([wi, wo]: [DVec3; 2]) -> Self {
-        Self { wi: wi.as_vec3(), wo: wo.as_vec3(), h: Vec3::from(Half::new(wi, wo).h) }
+        let h = Vec3::from(Half::new(wi, wo).h);
+        // Directions that are the same have no plane, and BRDFs no harmonic there: any will do.
+        let x = (wi - wo).try_normalize().map_or_else(|| h.any_orthonormal_vector(), |x| x.as_vec3());
+        Self { wi: wi.as_vec3(), wo: wo.as_vec3(), h, x }
     }
 
     /// Squared distance of a lobe's axis from the half vector.
@@ -49,6 +54,34 @@ impl PairAxes {
             cos_o[l] = ((other * of_axis[1] + share * of_half[1]) * inverse).clamp(0.0, 1.0);
         }
         [cos_i, cos_o]
+    }
+}
+
+impl PairAxes {
+    /// `l` times the mean of `n_x² - n_y²` over the product of a lobe of normals and each of some lobes of sharpness `l` about the half vector, `x` in the
+    /// plane of the pair: `(1 - 3 A(k) / k) (m_x² - m_y²)` of a product with axis `m` and sharpness `k`, with `A(k) = coth k - 1 / k`.
+    #[inline(always)]
+    pub fn harmonics(&self, density: &Lobe, sharpness: &Lanes) -> Lanes {
+        let along = density.axis.dot(self.x);
+        let axis_dot_half = density.axis.dot(self.h);
+        let across = density.axis.dot(self.h.cross(self.x));
+        let difference = (along - across) * (along + across);
+        let mut out = [0.0; LANES];
+        for l in 0..LANES {
+            let total = (density.sharpness + sharpness[l]).max(f32::MIN_POSITIVE);
+            let share = sharpness[l] / total;
+            let other = 1.0 - share;
+            let length2 = (share * share + other * other + 2.0 * share * other * axis_dot_half).max(1e-12);
+            let k = total * length2.sqrt();
+            let k2 = k * k;
+            let series = k2 * (1.0 / 15.0 - k2 * (2.0 / 315.0));
+            let decay = exp(-2.0 * k);
+            let coth = (1.0 + decay) / (1.0 - decay).max(f32::MIN_POSITIVE);
+            let plain = 1.0 - 3.0 * (coth - 1.0 / k) / k;
+            let mean = if k < 0.5 { series } else { plain };
+            out[l] = sharpness[l] * mean * (other * other / length2) * difference;
+        }
+        out
     }
 }
 
@@ -99,7 +132,9 @@ fn g(x: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numerics::random::Random;
     use crate::sg::integral_of_product;
+    use std::f64::consts::TAU;
 
     #[test]
     fn lanes_integrate_as_the_plain_function_does() {
@@ -119,6 +154,37 @@ mod tests {
                     assert!((got - expected).abs() <= 2e-5 * expected + 1e-22, "{l1}, {l2}, {d2}: {got:e} for {expected:e}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_harmonic_is_its_mean_over_the_product() {
+        let directions = [DVec3::new(0.6, 0.2, 0.7).normalize(), DVec3::new(-0.5, 0.3, 0.9).normalize()];
+        let axes = PairAxes::new(directions);
+        let y = axes.h.cross(axes.x);
+        let mut random = Random::new(3);
+        for (own, other) in [(0.1, 0.3), (2.0, 5.0), (30.0, 8.0), (300.0, 1000.0)] {
+            let density = Lobe { axis: (axes.h + 0.2 * axes.x + 0.05 * y).normalize(), sharpness: own, amplitude: 1.0 };
+            let about_half = Lobe { axis: axes.h, sharpness: other, amplitude: 1.0 };
+            let product = density.product(&about_half);
+            // Directions of the product's density, by its inverse distribution (Jakob 2012, "Numerically stable sampling of the von Mises-Fisher distribution").
+            let (t, b) = product.axis.any_orthonormal_pair();
+            let mut sum = 0.0;
+            let count = 200_000;
+            for k in 0..count {
+                let stratum = (f64::from(k) + random.unit()) / f64::from(count);
+                let cos =
+                    1.0 + (stratum + (1.0 - stratum) * (-2.0 * f64::from(product.sharpness)).exp()).ln() / f64::from(product.sharpness);
+                let (sin, turn) = ((1.0 - cos * cos).max(0.0).sqrt(), TAU * random.unit());
+                let n = (product.axis.as_dvec3() * cos) + (t.as_dvec3() * turn.cos() + b.as_dvec3() * turn.sin()) * sin;
+                sum += n.dot(axes.x.as_dvec3()).powi(2) - n.dot(y.as_dvec3()).powi(2);
+            }
+            let expected = f64::from(other) * sum / f64::from(count);
+            let [got, ..] = axes.harmonics(&density, &[other; LANES]);
+            // Three standard deviations of the random azimuths, at most .7 of a unit each.
+            let allowed =
+                3.0 * f64::from(other) * 0.7 / f64::from(count).sqrt() / (1.0 + f64::from(product.sharpness)).sqrt().min(3.0) + 1e-4;
+            assert!((f64::from(got) - expected).abs() < allowed, "{own}, {other}: {got} for {expected} within {allowed}");
         }
     }
 }
