@@ -79,18 +79,16 @@ pub fn read_normals(path: &Path) -> Result<PlainImage<3>> {
         let problem = "the normal map has one channel";
         return Err(BadInput::new(problem, "a map of heights is none: convert it to red, green and blue").in_file(path).into());
     };
-    if let Some(k) = z.iter().position(|&z| z <= 0.5) {
-        let problem = format!(
-            "the normal ({}, {}, {}) in column {}, row {} does not point outward",
-            2.0 * x[k] - 1.0,
-            2.0 * y[k] - 1.0,
-            2.0 * z[k] - 1.0,
-            k % width,
-            k / width
-        );
-        return Err(BadInput::new(problem, "use a map in tangent space, whose blue is over one half").in_file(path).into());
+    let encoded = |k: usize| [x[k], y[k], z[k]];
+    // Not a number is in no range.
+    let is_outward = |k: &usize| encoded(*k).iter().all(|v| (0.0..=1.0).contains(v)) && z[*k] > 0.5;
+    if let Some(k) = (0..width * height).find(|k| !is_outward(k)) {
+        let [x, y, z] = encoded(k).map(|v| 2.0 * v - 1.0);
+        let problem = format!("({x}, {y}, {z}) in column {}, row {} is no normal that points outward", k % width, k / width);
+        let remedy = "use a map in tangent space: red, green and blue in 0..1, blue over one half";
+        return Err(BadInput::new(problem, remedy).in_file(path).into());
     }
-    let vector = |k: usize| [x[k], y[k], z[k]].map(|v| 2.0 * v - 1.0);
+    let vector = |k: usize| encoded(k).map(|v| 2.0 * v - 1.0);
     let pixels = (0..height).rev().flat_map(|row| row * width..(row + 1) * width).map(vector).collect();
     Ok(PlainImage { width, height, pixels })
 }

@@ -123,7 +123,8 @@ fn what_is_wrong_with_layers_is_said_with_its_place_and_a_remedy() {
         (mesh("bytes.obj", "tint_vertex_colors = true"), "tint_vertex_colors", "the colour (255, 0, 0)", "colours lie in 0..1"),
         (mesh("bare.obj", "normal_map = \"normals.png\""), "object[0].normal_map", "no texture coordinates", "export the mesh"),
         (sphere("normal_map = \"logo.png\""), "logo.png", "the normal map has one channel", "a map of heights is none"),
-        (sphere("normal_map = \"below.png\""), "below.png", "in column 0, row 0 does not point outward", "in tangent space"),
+        (sphere("normal_map = \"below.png\""), "below.png", "in column 0, row 0 is no normal that points outward", "in tangent space"),
+        (sphere("normal_map = \"bright.exr\""), "bright.exr", "is no normal that points outward", "in 0..1"),
         (sphere("normal_strength = 2"), "object[0].normal_strength", "there is no normal_map", "add one"),
     ] {
         let message = parse(&folder, &object).expect_err(&object).to_string();
