@@ -109,6 +109,20 @@ fn a_palette_gives_the_colours_of_its_entries() {
     let shorts: [(u16, &[u16]); 5] = [(258, &[4]), (259, &[1]), (262, &[3]), (277, &[1]), (320, &colours)];
     let raster = parse(Path::new("a.tif"), &made_tiff([3, 1], &shorts, None, &[0x21, 0x00])).unwrap();
     assert_eq!(raster.channels, [vec![1.0, 0.0, 0.0], vec![32_768.0 / 65_535.0, 0.0, 0.0], vec![0.0, 1.0, 0.0]]);
+    // With alpha.
+    let mut colours = vec![0_u16; 3 * 256];
+    (colours[3], colours[256 + 3]) = (65_535, 65_535);
+    let shorts: [(u16, &[u16]); 6] = [(258, &[8, 8]), (259, &[1]), (262, &[3]), (277, &[2]), (320, &colours), (338, &[2])];
+    let raster = parse(Path::new("a.tif"), &made_tiff([3, 1], &shorts, None, &[3, 255, 0, 51, 3, 0])).unwrap();
+    assert_eq!(raster.channels, [vec![1.0, 0.0, 1.0], vec![1.0, 0.0, 1.0], vec![0.0; 3]]);
+    assert_eq!(raster.alpha, Some(vec![1.0, 0.2, 0.0]));
+    // Places that are no whole numbers.
+    let floats: Vec<u8> = [3.0_f32, f32::INFINITY, 0.5].iter().flat_map(|v| v.to_le_bytes()).collect();
+    let wide = vec![0_u16; 3 << 16];
+    let shorts: [(u16, &[u16]); 6] = [(258, &[32]), (259, &[1]), (262, &[3]), (277, &[1]), (320, &wide), (339, &[3])];
+    let bad = parse(Path::new("a.tif"), &made_tiff([3, 1], &shorts, None, &floats)).unwrap_err();
+    assert!(bad.problem.contains("by floats"), "{bad}");
+    let colours = [0_u16; 48];
     let short: [(u16, &[u16]); 5] = [(258, &[4]), (259, &[1]), (262, &[3]), (277, &[1]), (320, &colours[..9])];
     let bad = parse(Path::new("a.tif"), &made_tiff([3, 1], &short, None, &[0x21, 0x00])).unwrap_err();
     assert!(bad.problem.contains("palette has not 16 colours"), "{bad}");

@@ -22,10 +22,7 @@ const BLOCK: usize = 8;
 /// Horizon angles of a periodic height field.
 #[derive(Clone, Debug)]
 pub struct Horizon {
-    /// Nodes along x and y in one period.
-    size: [usize; 2],
-    /// Row by row, as in [`HeightGrid::heights`](crate::geometry::HeightGrid::heights).
-    heights: Vec<f64>,
+    grid: HeightGrid,
     /// Highest node of each block and of its right and upper border.
     block_highest: Vec<f64>,
     /// Blocks in a row.
@@ -118,9 +115,8 @@ impl Horizon {
                 .fold(f64::NEG_INFINITY, f64::max)
         };
         Some(Self {
-            size: [columns, rows],
             block_highest: (0..block_rows).flat_map(|j| (0..block_columns).map(move |i| (i, j))).map(|(i, j)| highest_of(i, j)).collect(),
-            heights: grid.heights.clone(),
+            grid: grid.clone(),
             block_columns,
             highest,
             density: DVec2::new(columns as f64, rows as f64) / tile.period,
@@ -134,7 +130,7 @@ impl Horizon {
     /// [`MAX_PERIODS`] periods away is not seen.
     pub fn slope(&self, origin: DVec3, azimuth: (f64, f64)) -> f64 {
         let speed = DVec2::new(azimuth.0, azimuth.1) * self.density;
-        let [columns, rows] = self.size;
+        let (columns, rows) = (self.grid.columns, self.grid.rows);
         let mut x = Axis::new(origin.x * self.density.x, speed.x, columns);
         let mut y = Axis::new(origin.y * self.density.y, speed.y, rows);
         let mut slope = MIN_COSINE.max(self.own_slope(&x, &y));
@@ -189,10 +185,7 @@ impl Horizon {
 
     /// Heights of a cell's corners, counter-clockwise from the lower left one.
     fn corners(&self, x: &Axis, y: &Axis) -> [f64; 4] {
-        let next = |axis: &Axis| if axis.cell + 1 == axis.size { 0 } else { axis.cell + 1 };
-        let (near, far) = (y.cell * x.size, next(y) * x.size);
-        let right = next(x);
-        [self.heights[near + x.cell], self.heights[near + right], self.heights[far + right], self.heights[far + x.cell]]
+        self.grid.corners(x.cell, y.cell)
     }
 
     /// Slope of the facet at the start of a march.

@@ -13,7 +13,7 @@
 //! The factor is left out where the file's `jacobian` is 0. Interpolation is linear in θo and bilinear in `u` and `s`. The
 //! result is clamped at 0: colours outside the sRGB gamut have negative channels in the files.
 
-use super::real::{Real, cell, combine, cross, dot};
+use super::real::{Real, cell, combine, cross, dot, half_vector};
 use crate::error::{BadInput, Error, Result};
 use crate::formats::rgl::{Channels, Rgl, Tensor};
 use crate::numerics::cast::index_u32;
@@ -125,7 +125,7 @@ impl Adaptive {
     #[inline(always)]
     pub fn lookup<F: Real, const N: usize>(&self, normals: &[[F; N]; 3], i: [F; 3], o: [F; 3]) -> [[F; N]; 3] {
         let (zero, one) = (F::of(0.0), F::of(1.0));
-        let half = middle(i, o);
+        let (half, _) = half_vector(i, o);
         let (mut theta_o, mut u_o, mut u) = ([zero; N], [zero; N], [[zero; N]; 2]);
         for l in 0..N {
             let n = [normals[0][l], normals[1][l], normals[2][l]];
@@ -268,15 +268,6 @@ fn pair<T: Copy>(values: &[T], at: usize) -> [T; 2] {
 #[inline(always)]
 fn flat([a, b]: [[f32; 2]; 2]) -> [f32; 4] {
     [a[0], a[1], b[0], b[1]]
-}
-
-/// Whether two directions have a middle: opposite ones do not.
-#[inline(always)]
-fn middle<F: Real>(i: [F; 3], o: [F; 3]) -> Option<[F; 3]> {
-    let half = F::of(0.5);
-    let sum = combine(i, half, o, half);
-    let length = dot(sum, sum).sqrt();
-    (length > F::of(0.0)).then(|| sum.map(|x| x / length))
 }
 
 /// Angle between unit `n` and `w`, which is above the surface, and the part of `w` that is tangent to the surface.

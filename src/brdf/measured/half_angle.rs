@@ -4,7 +4,7 @@
 //! x axis points away from the normal: `d = (sin θd cos φd, sin θd sin φd, cos θd)`. Swapping `wi` and `wo` turns φd by π;
 //! data over φd in `0..π` are therefore reciprocal by construction.
 
-use super::real::{Real, cell, combine, cross, dot};
+use super::real::{Real, cell, combine, cross, dot, half_vector};
 use crate::formats::merl::{Merl, PHI_D, THETA_D, THETA_H};
 use crate::numerics::cast::index_u32;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -40,11 +40,8 @@ impl<F: Real> Halfway<F> {
     /// Of unit `i` and `o`.
     #[inline(always)]
     pub fn new(i: [F; 3], o: [F; 3]) -> Self {
-        let half = F::of(0.5);
-        let sum = combine(i, half, o, half);
-        let difference = combine(i, half, o, -half);
-        let cos_d = dot(sum, sum).sqrt();
-        let h = (cos_d > F::of(0.0)).then(|| sum.map(|x| x / cos_d));
+        let (h, cos_d) = half_vector(i, o);
+        let difference = combine(i, F::of(0.5), o, F::of(-0.5));
         Self { h, difference, cos_d, sin_d: dot(difference, difference).sqrt() }
     }
 

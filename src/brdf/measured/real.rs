@@ -215,6 +215,14 @@ pub(super) fn combine<F: Real>(a: [F; 3], s: F, b: [F; 3], t: F) -> [F; 3] {
     [a[0] * s + b[0] * t, a[1] * s + b[1] * t, a[2] * s + b[2] * t]
 }
 
+/// The unit half vector of two unit directions, `None` for exactly opposite ones, and the cosine of its angle with them.
+#[inline(always)]
+pub(super) fn half_vector<F: Real>(i: [F; 3], o: [F; 3]) -> (Option<[F; 3]>, F) {
+    let sum = combine(i, F::of(0.5), o, F::of(0.5));
+    let cosine = dot(sum, sum).sqrt();
+    ((cosine > F::of(0.0)).then(|| sum.map(|x| x / cosine)), cosine)
+}
+
 /// Cell of a grid with `nodes >= 2` nodes that holds the position `at`, in node spacings, and how far into it; clamped to the grid.
 #[inline(always)]
 pub(super) fn cell<F: Real>(at: F, nodes: usize) -> (u32, F) {

@@ -1,6 +1,7 @@
 //! Mesh files by the endings of their names: .obj, .ply, .stl.
 
 use super::super::tile::Tile;
+use super::orientation::Up;
 use super::soup::Soup;
 use super::{obj, orientation, ply, stl};
 use crate::bounded_file::{MAX_DATA_BYTES, read_bounded};
@@ -34,16 +35,16 @@ pub fn read_plain(file: &Path) -> Result<PlainMesh> {
 }
 
 /// Reads a mesh as a tile of this period, in the file's lengths, turns and scales it; `flip` turns its faces over.
-pub(crate) fn load(file: &Path, period: DVec2, scale: f64, turn: impl Fn(DVec3) -> DVec3, flip: bool) -> Result<Tile> {
+pub(crate) fn load(file: &Path, period: DVec2, scale: f64, up: Up, flip: bool) -> Result<Tile> {
     let bytes = read_bounded(file, MAX_DATA_BYTES, "simplify the mesh")?;
     let mut soup = parse(file, &bytes).map_err(|bad| bad.in_file(file))?;
-    soup.vertices.iter_mut().for_each(|v| *v = turn(*v));
+    soup.vertices.iter_mut().for_each(|v| *v = up.turn(*v));
     if flip {
         soup.triangles.iter_mut().for_each(|t| t.swap(1, 2));
         soup.uv.iter_mut().for_each(|uv| uv.swap(1, 2));
     }
     let mut tile = soup.into_tile(period, scale).map_err(|bad| bad.in_file(file))?;
-    tile.notes.extend(orientation::notes(&tile, scale));
+    tile.notes.extend(orientation::notes(&tile, scale, up));
     Ok(tile)
 }
 

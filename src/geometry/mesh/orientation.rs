@@ -1,13 +1,45 @@
 //! Whether a mesh lies in its period as a surface does: z up, front faces up, as wide as the period.
 
 use super::super::tile::Tile;
-use glam::DVec3;
+use glam::{DVec3, Vec3Swizzles};
+
+/// An axis of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Up {
+    /// x; y and z lie across.
+    X,
+    /// y; x and -z lie across.
+    Y,
+    /// z; x and y lie across.
+    Z,
+}
+
+impl Up {
+    /// A place of the file, turned so that its axis points up; nothing is mirrored.
+    pub fn turn(self, v: DVec3) -> DVec3 {
+        match self {
+            Self::X => v.yzx(),
+            Self::Y => DVec3::new(v.x, -v.z, v.y),
+            Self::Z => v,
+        }
+    }
+
+    /// The name of the file's axis that a turned axis was, x or y.
+    fn was(self, along_x: bool) -> &'static str {
+        match (self, along_x) {
+            (Self::X, true) => "y",
+            (Self::X, false) | (Self::Y, false) => "z",
+            (Self::Y, true) | (Self::Z, true) => "x",
+            (Self::Z, false) => "y",
+        }
+    }
+}
 
 /// A mesh whose faces cover less of the period than this, seen from above, is noted. Chosen, not measured: threads with gaps cover about half.
 const LITTLE: f64 = 0.3;
 
 /// What is odd about the place of a mesh in its period, each with a remedy.
-pub(super) fn notes(tile: &Tile, scale: f64) -> Vec<String> {
+pub(super) fn notes(tile: &Tile, scale: f64, up_axis: Up) -> Vec<String> {
     let mut notes = Vec::new();
     // Vector areas: their components are what is seen along the axes.
     let areas = |k: usize| {
@@ -26,8 +58,9 @@ pub(super) fn notes(tile: &Tile, scale: f64) -> Vec<String> {
     // A sheet has all of its area on one side of its plane, a closed body none.
     let net = (up - down).abs();
     let side = scale * scale * DVec3::new(size.y * size.z, size.x * size.z, size.x * size.y);
-    let lies =
-        [("x", net.x, side.x), ("y", net.y, side.y)].into_iter().filter(|(_, net_area, side)| *net_area > (0.5 * side).max(2.0 * net.z));
+    let lies = [(up_axis.was(true), net.x, side.x), (up_axis.was(false), net.y, side.y)]
+        .into_iter()
+        .filter(|(_, net_area, side)| *net_area > (0.5 * side).max(2.0 * net.z));
     let percent = shown(100.0 * cover);
     if let Some((axis, ..)) = lies.max_by(|a, b| a.1.total_cmp(&b.1)) {
         notes.push(format!(
@@ -62,13 +95,14 @@ fn shown(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::super::file::load;
-    use glam::{DVec2, DVec3, Vec3Swizzles};
+    use super::*;
+    use glam::DVec2;
 
     /// A tent over a period of 1 x 1, its ridge along y.
     const TENT: [[f64; 3]; 6] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [0.5, 0.0, 0.3], [0.5, 1.0, 0.3]];
 
     /// The tent's notes, written in a file with its vertices moved and its faces as they are or turned over.
-    fn notes(place: impl Fn(DVec3) -> DVec3, reversed: bool, turn: impl Fn(DVec3) -> DVec3, flip: bool) -> Vec<String> {
+    fn notes(place: impl Fn(DVec3) -> DVec3, reversed: bool, up: Up, flip: bool) -> Vec<String> {
         let folder = tempfile::tempdir().unwrap();
         let mut text = String::new();
         for v in TENT.map(|v| place(v.into())) {
@@ -77,26 +111,30 @@ mod tests {
         text += if reversed { "f 4 6 5 1\nf 6 3 2 5\n" } else { "f 1 5 6 4\nf 5 2 3 6\n" };
         let path = folder.path().join("tent.obj");
         std::fs::write(&path, text).unwrap();
-        load(&path, DVec2::ONE, 1.0, turn, flip).unwrap().notes
+        load(&path, DVec2::ONE, 1.0, up, flip).unwrap().notes
     }
 
     #[test]
     fn a_tent_in_its_period_is_not_noted() {
-        assert!(notes(|v| v, false, |v| v, false).is_empty());
+        assert!(notes(|v| v, false, Up::Z, false).is_empty());
         // Turned and turned back, turned over twice.
-        assert!(notes(|v| DVec3::new(v.x, v.z, -v.y), false, |v| DVec3::new(v.x, -v.z, v.y), false).is_empty());
-        assert!(notes(|v| v, true, |v| v, true).is_empty());
+        assert!(notes(|v| DVec3::new(v.x, v.z, -v.y), false, Up::Y, false).is_empty());
+        assert!(notes(|v| v, true, Up::Z, true).is_empty());
     }
 
     #[test]
     fn a_mesh_that_is_too_small_turned_or_inside_out_is_noted_with_its_remedy() {
         for (got, words) in [
-            (notes(|v| 1e-3 * v, false, |v| v, false), ["0.0001 % of the period", "write `period = [0.001, 0.001]`"]),
-            (notes(|v| v, true, |v| v, false), ["100 % of the faces show their backs", "`flip = true`"]),
+            (notes(|v| 1e-3 * v, false, Up::Z, false), ["0.0001 % of the period", "write `period = [0.001, 0.001]`"]),
+            (notes(|v| v, true, Up::Z, false), ["100 % of the faces show their backs", "`flip = true`"]),
             // Up along y, with the other two across in cyclic order, and mirrored.
-            (notes(|v| v.yzx(), false, |v| v, false), ["lies on its side", "`up = \"y\"`"]),
-            (notes(|v| DVec3::new(v.x, v.z, -v.y), false, |v| v, false), ["lies on its side", "`up = \"y\"`"]),
-            (notes(|v| v.zxy(), false, |v| v, false), ["lies on its side", "`up = \"x\"`"]),
+            (notes(|v| v.yzx(), false, Up::Z, false), ["lies on its side", "`up = \"y\"`"]),
+            (notes(|v| DVec3::new(v.x, v.z, -v.y), false, Up::Z, false), ["lies on its side", "`up = \"y\"`"]),
+            (notes(|v| v.zxy(), false, Up::Z, false), ["lies on its side", "`up = \"x\"`"]),
+            // Turned where it should not be.
+            (notes(|v| v, false, Up::Y, false), ["lies on its side", "`up = \"z\"`"]),
+            (notes(|v| v, false, Up::X, false), ["lies on its side", "`up = \"z\"`"]),
+            (notes(|v| v.yzx(), false, Up::X, false), ["lies on its side", "`up = \"y\"`"]),
         ] {
             assert!(got.len() == 1 && words.iter().all(|word| got[0].contains(word)), "{words:?}: {got:?}");
         }

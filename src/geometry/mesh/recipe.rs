@@ -4,9 +4,10 @@ use super::super::params::{Param, Unit, Value, choice, number};
 use super::super::tile::Tile;
 use super::super::values::GeometryValues;
 use super::file::load;
+use super::orientation::Up;
 use crate::error::Result;
 use crate::toml_reader::range;
-use glam::{DVec2, DVec3, Vec3Swizzles};
+use glam::DVec2;
 use std::path::PathBuf;
 
 /// Parameters of this kind.
@@ -44,28 +45,6 @@ pub struct Mesh {
     pub flip: bool,
 }
 
-/// An axis of a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Up {
-    /// x; y and z lie across.
-    X,
-    /// y; x and -z lie across.
-    Y,
-    /// z; x and y lie across.
-    Z,
-}
-
-impl Up {
-    /// A place of the file, turned so that its axis points up; nothing is mirrored.
-    fn turn(self, v: DVec3) -> DVec3 {
-        match self {
-            Self::X => v.yzx(),
-            Self::Y => DVec3::new(v.x, -v.z, v.y),
-            Self::Z => v,
-        }
-    }
-}
-
 impl Mesh {
     pub(in crate::geometry) fn read(values: &GeometryValues) -> Result<Self> {
         let file = values.path("file")?.expect("file is required").to_path_buf();
@@ -80,6 +59,6 @@ impl Mesh {
 
     pub(in crate::geometry) fn build(&self) -> Result<Tile> {
         let Self { file, period, scale, .. } = self;
-        load(file, *period, *scale, |v| self.up.turn(v), self.flip)
+        load(file, *period, *scale, self.up, self.flip)
     }
 }

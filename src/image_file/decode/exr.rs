@@ -22,13 +22,20 @@ pub enum Wanted {
 /// Decodes an EXR file. Pixels of the display window that have no data are NaN, or 0 for radiance; data outside of the window are left away.
 pub fn exr(bytes: &[u8], wanted: Wanted) -> Result<Raster, BadInput> {
     let meta = ::exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| unreadable("EXR", e))?;
+    let mut all_samples = 0_u64;
     for header in &meta.headers {
         let (size, shown) = (header.layer_size, header.shared_attributes.display_window.size);
         check_size(size.width() as u64, size.height() as u64)?;
         check_size(shown.width() as u64, shown.height() as u64)?;
         let samples = (size.width() as u64 * size.height() as u64).saturating_mul(header.channels.list.len() as u64);
-        if samples.saturating_mul(4) > MAX_BYTES {
-            return Err(BadInput::new(format!("the EXR has {} channels", header.channels.list.len()), "keep those that are needed"));
+        // All parts are allocated at once where one of several is looked for.
+        all_samples = all_samples.saturating_add(samples);
+        if all_samples.saturating_mul(4) > MAX_BYTES {
+            let channels: usize = meta.headers.iter().map(|h| h.channels.list.len()).sum();
+            return Err(BadInput::new(
+                format!("the EXR has {channels} channels in {} parts", meta.headers.len()),
+                "keep those that are needed",
+            ));
         }
     }
     let reader = || ::exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();

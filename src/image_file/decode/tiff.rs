@@ -43,11 +43,16 @@ pub fn tiff(bytes: &[u8]) -> Result<Raster, BadInput> {
     let (width, height) = (width as usize, height as usize);
     let raw = decoder.read_image().map_err(|e| unreadable("TIFF", e))?;
     let (values, integer) = samples(raw, kind.bit_depth(), [width * stride, height], no_data)?;
+    if is_palette && !integer {
+        return Err(BadInput::new("the TIFF's palette is looked up by floats", "write it as grey or RGB"));
+    }
     if values.len() != width * height * stride {
         return Err(unreadable("TIFF", format!("it has {} samples for {width} x {height} pixels", values.len())));
     }
-    let (channels, alpha) =
-        if is_palette { (coloured(&values, kind.bit_depth(), palette)?, None) } else { deinterleave(&values, stride, |v| v) };
+    let (mut channels, alpha) = deinterleave(&values, stride, |v| v);
+    if is_palette {
+        channels = coloured(&channels[0], kind.bit_depth(), palette)?;
+    }
     Ok(Raster { width, height, channels, alpha, integer })
 }
 
