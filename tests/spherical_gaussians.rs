@@ -7,7 +7,7 @@ mod support;
 
 use biscale::brdf::{Brdf, Measured};
 use biscale::error::Error;
-use biscale::filter::{Control, Method, Quality, Variant, effective};
+use biscale::filter::{Control, Method, Plan, Quality, Variant, effective, prepare_lobes};
 use biscale::material::{SmallScale, Surface, Tint};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -119,6 +119,33 @@ fn every_model_comes_near_to_direct_sums() {
         let (error, told) = (f64::sqrt(difference / energy), sg.summary.relative_rms);
         assert!(error < 0.05 && (0.67..1.5).contains(&(told / error)), "{brdf:?}: {error}, told {told}, {:?}", sg.summary.notes);
     }
+}
+
+#[test]
+fn a_prepared_geometry_has_the_values_of_the_plan_under_any_brdf_and_says_where_it_does_not_hold() {
+    let truth = Truth::load("weave", "diffuse");
+    let quality = plan("sg:improved:facets=2048:lobes=64:modes=6");
+    let Some(Plan::SphericalGaussian(of_lobes)) = &quality.plan else { panic!("a plan of sg") };
+    let control = Control::quiet();
+    let prepared = prepare_lobes(&truth.surface, &truth.pairs, of_lobes, 0, &control).unwrap();
+    let lobe = |alpha| Brdf::CookTorrance {
+        diffuse: [0.1; 3],
+        specular: [0.8, 0.5, 0.2],
+        alpha,
+        distribution: biscale::brdf::Distribution::Ggx,
+        f0: None,
+    };
+    for alpha in [0.1, 0.5] {
+        let mut edited = truth.surface.clone();
+        edited.surfaces.iter_mut().for_each(|surface| surface.brdf = lobe(alpha));
+        let expected = effective(&edited, &truth.pairs, &quality, &control).unwrap().values;
+        let got = prepared.evaluate(&edited.surfaces, &control).unwrap();
+        assert!(got.iter().zip(&expected).all(|(g, e)| g.fbar() == e.fbar && g.s == e.s), "alpha {alpha}");
+    }
+    let pairs = truth.pairs.len() * 7 * 4 * truth.surface.surfaces.len();
+    assert!(prepared.bytes() >= pairs && prepared.bytes() < pairs + 128 * 64 * truth.surface.surfaces.len(), "{}", prepared.bytes());
+    let fewer = prepared.evaluate(&[], &control).unwrap_err().to_string();
+    assert!(fewer.contains("0 surfaces") && fewer.contains("prepare"), "{fewer}");
 }
 
 #[test]

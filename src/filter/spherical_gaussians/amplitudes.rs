@@ -16,16 +16,52 @@ use crate::simd::{self, Lanes};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// How the amplitudes of a surface are found, and what they mean.
-pub struct Amplitudes<'a> {
-    facets: LobeFacets<'a>,
-    /// What turns sums over facets to amplitudes, by least squares.
-    least_squares: Option<LeastSquares>,
+/// What the numbers of a row mean.
+pub struct AmplitudeLayout {
+    /// Lobes of the normals.
+    lobes: usize,
+    /// Channels that differ.
+    pub channels: usize,
     /// Modes, where lobes are more than amplitudes.
     modes: Option<VisibilityModes>,
 }
 
-impl<'a> Amplitudes<'a> {
+impl AmplitudeLayout {
+    /// Numbers of a pair: for each channel the visible projected area of the surface, then the amplitudes.
+    pub fn row(&self) -> usize {
+        self.channels * (1 + self.count())
+    }
+
+    /// Amplitudes of a pair and channel.
+    pub fn count(&self) -> usize {
+        self.modes.as_ref().map_or(self.lobes, |modes| modes.count)
+    }
+
+    /// Bytes of the modes.
+    pub fn bytes(&self) -> usize {
+        self.modes.as_ref().map_or(0, VisibilityModes::bytes)
+    }
+
+    /// The visible area of each lobe, from the amplitudes of a pair and channel; `room` is what they are written to where they are not the amplitudes.
+    #[inline(always)]
+    pub fn lobe_areas<'r>(&self, amplitudes: &'r [f32], room: &'r mut Vec<f32>) -> &'r [f32] {
+        let Some(modes) = &self.modes else { return amplitudes };
+        room.resize(self.lobes, 0.0);
+        modes.expand(amplitudes, room);
+        room
+    }
+}
+
+/// Finds the amplitudes of a surface.
+pub struct AmplitudeFinder<'a> {
+    facets: LobeFacets<'a>,
+    /// What turns sums over facets to amplitudes, by least squares.
+    least_squares: Option<LeastSquares>,
+    /// What they mean.
+    pub layout: AmplitudeLayout,
+}
+
+impl<'a> AmplitudeFinder<'a> {
     /// `count` for each pair, or one for each lobe if they are no more; by least squares always one a lobe.
     pub fn new(
         seen: &'a VisibleFacets,
@@ -43,33 +79,14 @@ impl<'a> Amplitudes<'a> {
             let areas: Vec<f32> = facets.areas.iter().map(|a| a.iter().copied().fold(0.0, f32::max)).collect();
             VisibilityModes::new(&lobes.densities, &areas, &sample(&facets, seen, query), count)
         });
-        Self { facets, least_squares, modes }
-    }
-
-    /// Numbers of a pair: for each channel the visible projected area of the surface, then the amplitudes.
-    pub fn row(&self) -> usize {
-        self.channels() * (1 + self.count())
-    }
-
-    /// Amplitudes of a pair and channel.
-    pub fn count(&self) -> usize {
-        self.modes.as_ref().map_or(self.facets.lobes(), |modes| modes.count)
-    }
-
-    /// Channels that differ.
-    pub fn channels(&self) -> usize {
-        self.facets.channels()
-    }
-
-    /// Bytes of the modes.
-    pub fn bytes(&self) -> usize {
-        self.modes.as_ref().map_or(0, VisibilityModes::bytes)
+        let layout = AmplitudeLayout { lobes: facets.lobes(), channels: facets.channels(), modes };
+        Self { facets, least_squares, layout }
     }
 
     /// Rows for the pairs of `tasks`, a run of [`Query::tasks`].
     pub fn rows(&self, seen: &VisibleFacets, query: &Query, tasks: &[Range<usize>]) -> Vec<f32> {
         let pairs = tasks.iter().map(ExactSizeIterator::len).sum::<usize>();
-        let width = self.row();
+        let width = self.layout.row();
         let mut rows = vec![0.0; width * pairs];
         if self.facets.lobes() == 0 {
             return rows;
@@ -85,11 +102,11 @@ impl<'a> Amplitudes<'a> {
             for (row, pair) in rows.chunks_exact_mut(width).zip(pairs) {
                 let views = [pair.i, pair.o].map(|d| &room.views[d * lanes..(d + 1) * lanes]);
                 simd::run(PairAreas { facets: &self.facets, views, areas: &mut room.areas });
-                let mut channels: Vec<&mut [f32]> = row.chunks_exact_mut(1 + self.count()).collect();
+                let mut channels: Vec<&mut [f32]> = row.chunks_exact_mut(1 + self.layout.count()).collect();
                 for (c, channel) in channels.iter_mut().enumerate() {
                     self.write_channel(&room.areas, c, channel);
                 }
-                if let Some(modes) = &self.modes {
+                if let Some(modes) = &self.layout.modes {
                     let mut amplitudes: Vec<&mut [f32]> = channels.into_iter().map(|channel| &mut channel[1..]).collect();
                     modes.amplitudes([pair.wi, pair.wo], &room.areas, &mut amplitudes);
                 }
@@ -108,18 +125,9 @@ impl<'a> Amplitudes<'a> {
             return;
         }
         projected[0] = areas.iter().map(|a| a.projected[c]).sum();
-        if self.modes.is_none() {
+        if self.layout.modes.is_none() {
             amplitudes.iter_mut().zip(areas).for_each(|(amplitude, area)| *amplitude = area.visible[c]);
         }
-    }
-
-    /// The visible area of each lobe, from the amplitudes of a pair and channel; `room` is what they are written to where they are not the amplitudes.
-    #[inline(always)]
-    pub fn lobe_areas<'r>(&self, amplitudes: &'r [f32], room: &'r mut Vec<f32>) -> &'r [f32] {
-        let Some(modes) = &self.modes else { return amplitudes };
-        room.resize(self.facets.lobes(), 0.0);
-        modes.expand(amplitudes, room);
-        room
     }
 }
 

@@ -4,7 +4,7 @@
 //! product, the normal that counts most in the integral. By least squares the amplitudes have the cosines, and what remains of the factors
 //! is taken at the half vector (Wang et al. 2009, section 4; Iwasaki et al. 2012, section 4.1).
 
-use super::amplitudes::Amplitudes;
+use super::amplitudes::AmplitudeLayout;
 use super::brdf_lobes::{BrdfLobe, Terms};
 use super::products::{PairAxes, closure, exact, masked};
 use crate::brdf::Colour;
@@ -18,7 +18,7 @@ pub struct PairIntegral<'a> {
     /// Lobes of the surface's normals, with an integral of 1.
     pub normals: &'a [Lobe],
     /// What the numbers of a row mean.
-    pub amplitudes: &'a Amplitudes<'a>,
+    pub layout: &'a AmplitudeLayout,
     /// The row of the pair.
     pub row: &'a [f32],
     /// How the amplitudes were found.
@@ -52,10 +52,10 @@ impl Kernel for PairIntegral<'_> {
         let [wi, wo] = self.directions;
         let i_dot_h = 0.5 * (wi + wo).length();
         let axes = PairAxes::new(self.directions);
-        let channels = self.amplitudes.channels();
+        let channels = self.layout.channels;
         let Room { brdf: of_brdf, areas: rooms } = self.room;
         let rows: [&[f32]; 3] = std::array::from_fn(|c| {
-            let width = 1 + self.amplitudes.count();
+            let width = 1 + self.layout.count();
             let c = c.min(channels - 1);
             &self.row[c * width..(c + 1) * width]
         });
@@ -64,11 +64,11 @@ impl Kernel for PairIntegral<'_> {
             return sum;
         }
         let [red, green, blue] = rooms;
-        let of_red = self.amplitudes.lobe_areas(&rows[0][1..], red);
+        let of_red = self.layout.lobe_areas(&rows[0][1..], red);
         let areas: [&[f32]; 3] = if channels == 1 {
             [of_red; 3]
         } else {
-            [of_red, self.amplitudes.lobe_areas(&rows[1][1..], green), self.amplitudes.lobe_areas(&rows[2][1..], blue)]
+            [of_red, self.layout.lobe_areas(&rows[1][1..], green), self.layout.lobe_areas(&rows[2][1..], blue)]
         };
         for brdf in self.brdf {
             let colour = brdf.lobe.colour_at(i_dot_h);

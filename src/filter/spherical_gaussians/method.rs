@@ -1,10 +1,8 @@
 //! The method, from a surface and pairs to values with errors, and the search for a tolerance.
 
-use super::amplitudes::Amplitudes;
-use super::brdf_lobes::{BrdfLobe, brdf_lobes};
-use super::integrals::{PairIntegral, Room};
+use super::amplitudes::AmplitudeFinder;
 use super::normals::NormalLobes;
-use crate::brdf::Colour;
+use super::surface::{SurfaceBrdf, SurfaceLobes};
 use crate::direction::Pair;
 use crate::error::{Error, Result};
 use crate::facets::Facets;
@@ -19,10 +17,7 @@ use crate::filter::value::{Effective, Summary, Value};
 use crate::filter::visible_facets::VisibleFacets;
 use crate::material::{SmallScale, Tint};
 use crate::numerics::seed;
-use crate::simd;
 use crate::visibility::MAX_PERIODS;
-use rayon::prelude::*;
-use std::ops::Range;
 
 /// Share of the tolerance that the facets may take, and that the lobes may: `.6² + .75² = .92`. Facets are cheap, lobes are not.
 const FACET_SHARE: f64 = 0.6;
@@ -78,7 +73,7 @@ pub(in crate::filter) fn spherical_gaussians(
 }
 
 /// A run of the method.
-struct Run<'a> {
+pub(super) struct Run<'a> {
     small: &'a SmallScale,
     quality: &'a Quality,
     control: &'a Control<'a>,
@@ -104,7 +99,7 @@ struct RawValues {
 }
 
 impl<'a> Run<'a> {
-    fn new(small: &'a SmallScale, quality: &'a Quality, control: &'a Control<'a>) -> Self {
+    pub(super) fn new(small: &'a SmallScale, quality: &'a Quality, control: &'a Control<'a>) -> Self {
         let sampler = FacetSampler::new(small, None, seed::fold(quality.seed), control);
         Self { small, quality, control, sampler, seconds: [0.0; STAGES.len()], notes: Vec::new() }
     }
@@ -133,7 +128,7 @@ impl<'a> Run<'a> {
     }
 
     /// The facets of a plan, and what they see of a query's directions.
-    fn see(&mut self, plan: &SphericalGaussianPlan, query: &Query) -> Result<VisibleFacets> {
+    pub(super) fn see(&mut self, plan: &SphericalGaussianPlan, query: &Query) -> Result<VisibleFacets> {
         self.control.check()?;
         let facets = self.facets(plan);
         self.timed(Stage::Visibility, |run| VisibleFacets::new(&run.sampler, facets, &query.directions))
@@ -144,12 +139,14 @@ impl<'a> Run<'a> {
         let mut values = vec![[0.0; 3]; query.pairs.len()];
         let (mut lobes, mut amplitudes, mut complete, mut brdf, mut bytes) = (0, 0, true, Vec::new(), 0);
         for surface in 0..self.small.surfaces.len() {
-            let one = self.timed(Stage::Lobes, |run| OneSurface::new(run.small, surface, seen, query, plan));
-            lobes += one.normals.densities.len();
-            amplitudes += one.amplitudes.count() * one.amplitudes.channels();
-            complete &= one.normals.complete;
-            brdf.push((one.brdf_lobes(), one.brdf_error()));
-            bytes += self.add_surface(&one, seen, query, &mut values)?;
+            let (normals, finder) = self.timed(Stage::Lobes, |run| lobes_of(run.small, surface, seen, query, plan));
+            lobes += normals.densities.len();
+            amplitudes += finder.layout.count() * finder.layout.channels;
+            complete &= normals.complete;
+            let covered = self.timed(Stage::Integrals, |run| SurfaceBrdf::new(&run.small.surfaces[surface], plan.brdf));
+            brdf.push((covered.lobes(), covered.error()));
+            let of_surface = SurfaceLobes { plan, densities: &normals.densities, layout: &finder.layout };
+            bytes += self.add_surface(&of_surface, &finder, &covered, seen, query, &mut values)?;
         }
         let at = |entry: &Option<QueryEntry>| match entry {
             Some(e) => (values[e.pair as usize].map(|s| s.max(0.0)), seen.areas[e.viewer as usize]),
@@ -167,18 +164,26 @@ impl<'a> Run<'a> {
     }
 
     /// Adds `S` of one surface to that of each pair; the bytes of its lobes and amplitudes.
-    fn add_surface(&mut self, one: &OneSurface<'_>, seen: &VisibleFacets, query: &Query, values: &mut [[f64; 3]]) -> Result<usize> {
+    fn add_surface(
+        &mut self,
+        lobes: &SurfaceLobes<'_>,
+        finder: &AmplitudeFinder<'_>,
+        brdf: &SurfaceBrdf<'_>,
+        seen: &VisibleFacets,
+        query: &Query,
+        values: &mut [[f64; 3]],
+    ) -> Result<usize> {
         let tasks = query.tasks();
-        let mut bytes = size_of_val(&one.normals.densities[..]) + one.amplitudes.bytes();
+        let mut bytes = size_of_val(lobes.densities) + lobes.layout.bytes();
         let mut next = 0;
         while next < tasks.len() {
             self.control.check()?;
             let first = tasks[next].start;
             let end = next + tasks[next..].partition_point(|t| t.end <= first + PAIRS_AT_ONCE).max(1);
             let pairs = first..tasks[end - 1].end;
-            let rows = self.timed(Stage::Amplitudes, |_| one.amplitudes.rows(seen, query, &tasks[next..end]));
+            let rows = self.timed(Stage::Amplitudes, |_| finder.rows(seen, query, &tasks[next..end]));
             bytes += size_of_val(&rows[..]);
-            self.timed(Stage::Integrals, |_| one.integrate(query, pairs.clone(), &rows, &mut values[pairs.clone()]));
+            self.timed(Stage::Integrals, |_| lobes.integrate(brdf, query, pairs.clone(), &rows, &mut values[pairs.clone()]));
             (self.control.progress)("sums", pairs.end as f64 / query.pairs.len() as f64);
             next = end;
         }
@@ -286,56 +291,17 @@ impl<'a> Run<'a> {
     }
 }
 
-/// Lobes of one surface: of its normals, with their amplitudes, and of its BRDF.
-struct OneSurface<'r> {
-    plan: SphericalGaussianPlan,
-    normals: NormalLobes,
-    amplitudes: Amplitudes<'r>,
-    constant: Colour,
-    brdf: Vec<BrdfLobe<'r>>,
-}
-
-impl<'r> OneSurface<'r> {
-    fn new(small: &'r SmallScale, surface: usize, seen: &'r VisibleFacets, query: &Query, plan: &SphericalGaussianPlan) -> Self {
-        let material = &small.surfaces[surface];
-        let range = seen.facets.ranges[surface].clone();
-        let normals = NormalLobes::new(seen, range.clone(), plan.lobes);
-        let (tint, tinted) = if let Tint::Uniform(tint) = material.tint { (tint, false) } else { ([1.0; 3], true) };
-        let amplitudes = Amplitudes::new(seen, range, &normals, query, plan.amplitudes, plan.modes, tinted);
-        let (constant, brdf) = brdf_lobes(&material.brdf, tint, plan.brdf);
-        Self { plan: *plan, normals, amplitudes, constant, brdf }
-    }
-
-    /// Spherical Gaussians of the BRDF.
-    fn brdf_lobes(&self) -> usize {
-        self.brdf.iter().map(|b| b.sharpness.iter().flatten().filter(|l| **l > 0.0).count()).sum()
-    }
-
-    /// The largest relative RMS error of a sum of them.
-    fn brdf_error(&self) -> f64 {
-        self.brdf.iter().map(|b| b.relative_rms).fold(0.0, f64::max)
-    }
-
-    /// Adds `S` of the pairs `range` of the query, whose amplitudes are `rows`.
-    fn integrate(&self, query: &Query, range: Range<usize>, rows: &[f32], values: &mut [[f64; 3]]) {
-        if self.normals.densities.is_empty() {
-            return;
-        }
-        let rows = values.par_iter_mut().zip(rows.par_chunks_exact(self.amplitudes.row())).zip(&query.pairs[range]);
-        rows.for_each_init(Room::default, |room, ((value, row), pair)| {
-            let integral = PairIntegral {
-                normals: &self.normals.densities,
-                amplitudes: &self.amplitudes,
-                row,
-                fit: self.plan.amplitudes,
-                integral: self.plan.integral,
-                constant: self.constant,
-                brdf: &self.brdf,
-                directions: pair.map(|d| query.directions[d as usize]),
-                room,
-            };
-            let s = simd::run(integral);
-            (0..3).for_each(|c| value[c] += s[c]);
-        });
-    }
+/// The lobes of a surface's normals, and what finds their amplitudes.
+pub(super) fn lobes_of<'r>(
+    small: &SmallScale,
+    surface: usize,
+    seen: &'r VisibleFacets,
+    query: &Query,
+    plan: &SphericalGaussianPlan,
+) -> (NormalLobes, AmplitudeFinder<'r>) {
+    let range = seen.facets.ranges[surface].clone();
+    let normals = NormalLobes::new(seen, range.clone(), plan.lobes);
+    let tinted = !matches!(small.surfaces[surface].tint, Tint::Uniform(_));
+    let finder = AmplitudeFinder::new(seen, range, &normals, query, plan.amplitudes, plan.modes, tinted);
+    (normals, finder)
 }

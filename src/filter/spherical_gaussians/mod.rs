@@ -14,7 +14,9 @@
 //! | `amplitudes` | a query -> amplitudes of each pair |
 //! | `brdf_lobes` | a BRDF -> lobes about the half vector |
 //! | `integrals` | lobes of both, amplitudes -> `S` of a pair, in f32 lanes |
+//! | `surface` | one surface: lobes, amplitudes, BRDF -> `S` of each pair |
 //! | `method` | a surface and pairs -> values with errors; the search for a tolerance |
+//! | `prepared` | a surface and pairs -> lobes and amplitudes, kept while BRDFs change |
 
 mod amplitudes;
 mod brdf_lobes;
@@ -24,6 +26,9 @@ mod lobe_areas;
 mod method;
 mod modes;
 mod normals;
+mod prepared;
 mod products;
+mod surface;
 
 pub(super) use method::spherical_gaussians;
+pub use prepared::{LobeValue, PreparedLobes, prepare_lobes};
