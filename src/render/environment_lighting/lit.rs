@@ -21,8 +21,8 @@ use crate::numerics::seed::fold;
 use glam::{DMat3, DVec3, Vec4};
 use rayon::prelude::*;
 
-/// Least relative RMS error that a response is made for, whatever tolerance is asked for: grids of viewers and texels that keep less cost minutes. A smaller one holds for
-/// lights that are sampled.
+/// Least relative RMS error that a response is made for, whatever tolerance is asked for; a smaller one holds for lights that are sampled. Chosen, not measured: it trades the time of
+/// the preparation.
 pub const LEAST_TOLERANCE: f64 = 0.05;
 /// Rows of the picture that are rasterised together.
 const BAND: u32 = 8;
