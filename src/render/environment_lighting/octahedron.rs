@@ -101,7 +101,8 @@ mod tests {
         assert!((sum - TAU).abs() < 1e-12, "{sum}");
         for (texel, (middle, _)) in texels.iter().enumerate() {
             let mean: DVec3 = within_texel(16, texel, 3).sum();
-            assert!(mean.normalize().distance(*middle) < 0.02, "{mean} and {middle}");
+            // A texel is .1 to .2 rad wide; those at the corners are bent.
+            assert!(mean.normalize().distance(*middle) < 0.05, "{mean} and {middle}");
         }
         let cosine: f64 = texels.iter().map(|t| t.0.z * t.1).sum();
         assert!((cosine / (0.5 * TAU) - 1.0).abs() < 3e-3, "{cosine}");
