@@ -50,6 +50,10 @@ pub fn read_mask(path: &Path, channel: MaskChannel, encoding: MaskEncoding) -> R
         (MaskChannel::Alpha, None) => {
             return Err(bad("the mask has no alpha channel".to_owned(), "take its grey values, or save it with alpha").into());
         }
+        (MaskChannel::Either, Some(alpha)) if alpha.iter().all(|a| *a == 1.0) && channels.iter().any(|c| c.iter().any(|v| *v != c[0])) => {
+            let remedy = "write `mask_channel = \"grey\"` to take its grey values, or \"alpha\" to cover everything";
+            return Err(bad("the mask's alpha is 1 everywhere, and its picture is in the grey values".to_owned(), remedy).into());
+        }
         (MaskChannel::Alpha | MaskChannel::Either, Some(alpha)) => alpha,
         (MaskChannel::Grey, _) | (MaskChannel::Either, None) => {
             let coloured = (0..width * height).find(|&k| channels.iter().any(|c| c[k] != channels[0][k]));

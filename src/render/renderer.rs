@@ -156,10 +156,9 @@ fn part<'a>(control: &'a Control<'_>, share: Range<f64>) -> impl Fn(&str, f64) +
     move |stage, done| (control.progress)(stage, share.start + done * (share.end - share.start))
 }
 
-/// Most lights of samples whose points can be counted in 32 bits, however many surfaces with gaps and layers each sample sees.
-fn most_counted(scene: &Scene) -> u64 {
-    let layers = scene.objects.iter().map(|o| o.covering.layers.len()).max().unwrap_or(0);
-    u64::from(u32::MAX) / (MAX_SURFACES * (1 + layers)) as u64
+/// Most points of a place: one a layer, and one of what is below them.
+fn most_layers(world: &World<'_>) -> u64 {
+    1 + world.scene.objects.iter().map(|o| o.covering.layers.len()).max().unwrap_or(0) as u64
 }
 
 /// The rows of a picture, cut so that few enough lights are held at once. Each pass over the picture gathers them again, unless they are one.
@@ -178,14 +177,15 @@ impl<'a> Bands<'a> {
         let lights = lights(world.scene, seed);
         let camera = &world.scene.camera;
         let a_row = u64::from(camera.width) * u64::from(camera.samples) * lights.len().max(1) as u64;
-        let most = most_counted(world.scene);
+        // Points are counted in 32 bits.
+        let most = u64::from(u32::MAX) / (MAX_SURFACES as u64 * most_layers(world));
         if a_row > most {
             let what = format!("a row of {} pixels with {} samples under {} lights", camera.width, camera.samples, lights.len());
             let remedy = format!("take fewer of one of them, so that their product is at most {most}");
             return Err(Error::Unsupported { what, remedy });
         }
         #[expect(clippy::cast_possible_truncation, reason = "at most the picture's height")]
-        let band = (most_lamps.min(most) / a_row).clamp(1, u64::from(camera.height)) as u32;
+        let band = ((most_lamps / most_layers(world)).min(most) / a_row).clamp(1, u64::from(camera.height)) as u32;
         let rows = (0..camera.height).step_by(band as usize).map(|r| r..(r + band).min(camera.height)).collect();
         Ok(Self { world, lights, seed, control, rows, only: None })
     }

@@ -85,7 +85,7 @@ impl<const N: usize> Texture<N> {
         let (mean, half) = (0.5 * (xx + yy), (0.5 * (xx - yy)).hypot(xy));
         let (major, minor) = ((mean + half).sqrt(), (mean - half).max(0.0).sqrt());
         let largest = self.levels[0].width.max(self.levels[0].height) as f64;
-        // A footprint of several images, or of a surface seen edge-on, is their mean.
+        // A footprint of several images, or of a surface seen edge-on, is their mean, or what lies around them.
         if !(major.is_finite() && major < largest * MAX_TAPS) {
             return Ellipse { longer: DVec2::ZERO, width: f64::INFINITY, taps: 1 };
         }
@@ -103,22 +103,27 @@ impl<const N: usize> Texture<N> {
             let of = &self.levels[0];
             (of.width as f64 / level.width as f64).max(of.height as f64 / level.height as f64)
         };
-        let uv = match self.wrap {
-            Wrap::Repeat => uv - uv.floor(),
-            Wrap::Clamp => uv.clamp(DVec2::ZERO, DVec2::ONE),
-            // Beyond these nothing reaches into the image.
-            Wrap::Zero => uv.clamp(DVec2::splat(-1.0), DVec2::splat(2.0)),
+        // What lies around the image: the border of a coarse level would be a mean of much more than the border.
+        let around = match self.wrap {
+            Wrap::Repeat => None,
+            Wrap::Clamp => Some(self.levels[0].border(uv)),
+            Wrap::Zero => Some([0.0; N]),
         };
+        // Beyond these nothing reaches into the image.
+        let uv = if around.is_none() { uv - uv.floor() } else { uv.clamp(DVec2::splat(-1.0), DVec2::splat(2.0)) };
         let Some(finer) = self.levels.windows(2).position(|pair| scale(&pair[1]) > width) else {
-            return self.levels[self.levels.len() - 1].interpolate(uv, self.wrap);
+            let value = self.levels[self.levels.len() - 1].interpolate(uv, around);
+            let Some(around) = around else { return value };
+            let [across, down] = [self.levels[0].width, self.levels[0].height].map(|size| (size as f64 / width).min(1.0));
+            return std::array::from_fn(|c| around[c] + across * down * (value[c] - around[c]));
         };
         let [fine, coarse] = [finer, finer + 1].map(|k| &self.levels[k]);
         let share = (width / scale(fine)).ln() / (scale(coarse) / scale(fine)).ln();
-        let value = fine.interpolate(uv, self.wrap);
+        let value = fine.interpolate(uv, around);
         if share <= 0.0 {
             return value;
         }
-        let other = coarse.interpolate(uv, self.wrap);
+        let other = coarse.interpolate(uv, around);
         std::array::from_fn(|c| value[c] + share * (other[c] - value[c]))
     }
 }
@@ -157,18 +162,32 @@ impl<const N: usize> Level<N> {
         Some(Self { width, height, pixels })
     }
 
-    /// Bilinear interpolation between the middles of pixels.
-    fn interpolate(&self, uv: DVec2, wrap: Wrap) -> [f64; N] {
+    /// The value of the border where it is nearest.
+    fn border(&self, uv: DVec2) -> [f64; N] {
+        let half = DVec2::new(0.5 / self.width as f64, 0.5 / self.height as f64);
+        let mut place = uv.clamp(half, 1.0 - half);
+        // From inside to the nearer of the four edges.
+        let [left, below] = [place.x.min(1.0 - place.x), place.y.min(1.0 - place.y)];
+        if left <= below {
+            place.x = if place.x < 0.5 { half.x } else { 1.0 - half.x };
+        } else {
+            place.y = if place.y < 0.5 { half.y } else { 1.0 - half.y };
+        }
+        self.interpolate(place, Some([0.0; N]))
+    }
+
+    /// Bilinear interpolation between the middles of pixels; `around` is what lies outside of the image, `None` where it is repeated.
+    fn interpolate(&self, uv: DVec2, around: Option<[f64; N]>) -> [f64; N] {
         let place = |u: f64, size: usize| {
             let x = u * size as f64 - 0.5;
             let below = x.floor();
-            ([below, below + 1.0].map(|x| wrapped(x, size, wrap)), x - below)
+            ([below, below + 1.0].map(|x| pixel_at(x, size, around.is_none())), x - below)
         };
         let ([left, right], x) = place(uv.x, self.width);
         let ([lower, upper], y) = place(uv.y, self.height);
         let pixel = |column: Option<usize>, row: Option<usize>| match (column, row) {
             (Some(column), Some(row)) => self.pixels[row * self.width + column].map(f64::from),
-            _ => [0.0; N],
+            _ => around.unwrap_or([0.0; N]),
         };
         let corners = [pixel(left, lower), pixel(right, lower), pixel(left, upper), pixel(right, upper)];
         let weights = [(1.0 - x) * (1.0 - y), x * (1.0 - y), (1.0 - x) * y, x * y];
@@ -177,13 +196,11 @@ impl<const N: usize> Level<N> {
 }
 
 /// The pixel that stands at a whole place along an axis; `None` where nothing does.
-fn wrapped(x: f64, size: usize, wrap: Wrap) -> Option<usize> {
-    let inside = x >= 0.0 && x < size as f64;
-    match wrap {
-        Wrap::Repeat => Some(truncate_usize(x.rem_euclid(size as f64)).min(size - 1)),
-        Wrap::Clamp => Some(truncate_usize(x.max(0.0)).min(size - 1)),
-        Wrap::Zero => inside.then(|| truncate_usize(x)),
+fn pixel_at(x: f64, size: usize, repeated: bool) -> Option<usize> {
+    if repeated {
+        return Some(truncate_usize(x.rem_euclid(size as f64)).min(size - 1));
     }
+    (x >= 0.0 && x < size as f64).then(|| truncate_usize(x))
 }
 
 /// For each of `few` equal parts of a line of `many` pixels the pixels that it covers, with their shares of the part.
@@ -204,6 +221,25 @@ mod tests {
     fn stripes(width: usize, height: usize, wrap: Wrap) -> Texture<1> {
         let pixels = (0..width * height).map(|k| [if (k % width).is_multiple_of(2) { 1.0 } else { 0.0 }]).collect();
         Texture::new(width, height, pixels, wrap)
+    }
+
+    #[test]
+    fn a_frame_of_one_pixel_is_all_that_a_clamped_image_has_around_it() {
+        let size = 16;
+        let framed = (0..size * size)
+            .map(|k| [f32::from(u8::from((1..size - 1).contains(&(k % size)) && (1..size - 1).contains(&(k / size))))])
+            .collect();
+        let texture = Texture::new(size, size, framed, Wrap::Clamp);
+        for footprint in [0.0, 0.1, 0.5, 2.0, 50.0, 1e9] {
+            let axes = [DVec2::new(footprint, 0.0), DVec2::new(0.0, footprint)];
+            // A footprint's own half reaches into the image no more.
+            let [far] = texture.mean(DVec2::new(3.5 + footprint, 0.5), axes);
+            assert!(far.abs() < 1e-12, "{footprint}: {far}");
+            // Of a footprint of many images the image is a small part.
+            let [middle] = texture.mean(DVec2::splat(0.5), axes);
+            let share = (14.0_f64 / 16.0 / footprint.max(14.0 / 16.0)).powi(2);
+            assert!((middle - share).abs() < 0.25, "{footprint}: {middle} for about {share}");
+        }
     }
 
     #[test]

@@ -181,8 +181,9 @@ fn check_sum(table: &TableReader<'_>, layers: &[Layer]) -> Result<()> {
         let problem = format!("the masks of the layers sum to {sum} in column {}, row {}", k % width, height - 1 - k / width);
         return Err(table.error_at("blend", problem, remedy));
     }
+    // A place that does not face a planar mask has a share of 0, whatever lies around its image.
     let outside = sum(&|_| 0.0);
-    if first.mask.image.wrap() == Wrap::Zero && over(outside) {
+    if (first.mask.image.wrap() == Wrap::Zero || matches!(first.mask.projection, Projection::Planar { .. })) && over(outside) {
         return Err(table.error_at("blend", format!("the masks of the layers sum to {outside} outside of their image"), remedy));
     }
     Ok(())
