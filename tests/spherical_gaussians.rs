@@ -6,9 +6,11 @@
 mod support;
 
 use biscale::brdf::{Brdf, Measured};
+use biscale::direction::Pair;
 use biscale::error::Error;
 use biscale::filter::{Control, Method, Plan, Quality, Variant, effective, prepare_lobes};
 use biscale::material::{SmallScale, Surface, Tint};
+use glam::DVec3;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use support::truth::Truth;
@@ -57,6 +59,17 @@ fn few_amplitudes_a_pair_are_enough_and_more_accurate_than_the_published_ones() 
         assert!(improved >= least && improved >= truth.psnr(&paper) + better, "{tile} {brdf}: {improved} dB, paper {}", truth.psnr(&paper));
         let (error, told) = (truth.relative_error(&paper), paper.summary.relative_rms);
         assert!((0.67..1.5).contains(&(told / error)), "{tile} {brdf}, paper: told {told}, is {error}");
+    }
+}
+
+#[test]
+fn lists_without_a_pair_above_the_horizon_are_zero() {
+    let weave = Truth::load("weave", "ggx_0.30");
+    for list in [vec![], vec![Pair { wi: -DVec3::Z, wo: DVec3::Z }], vec![Pair { wi: -DVec3::Z, wo: -DVec3::Z }; 3]] {
+        for quality in [to_tolerance(0.1), plan("sg:improved:facets=2048:lobes=32:modes=8")] {
+            let got = effective(&weave.surface, &list, &quality, &Control::quiet()).unwrap();
+            assert!(got.values.len() == list.len() && got.values.iter().all(|v| v.fbar == [0.0; 3] && v.s == [0.0; 3]), "{:?}", got.values);
+        }
     }
 }
 

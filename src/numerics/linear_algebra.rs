@@ -114,6 +114,9 @@ pub fn largest_eigenvector(matrix: &[f64], n: usize) -> Option<Vec<f64>> {
 /// # Panics
 /// If the slice has not `n²` numbers.
 pub fn largest_eigenvectors(matrix: &[f64], n: usize, count: usize) -> Option<Vec<Vec<f64>>> {
+    if n == 0 {
+        return Some(Vec::new());
+    }
     let found = MatRef::from_row_major_slice(matrix, n, n).self_adjoint_eigen(Side::Lower).ok()?;
     // Ascending.
     let vectors: Vec<Vec<f64>> = (0..n).rev().take(count).map(|j| (0..n).map(|i| found.U()[(i, j)]).collect()).collect();

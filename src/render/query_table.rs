@@ -37,6 +37,8 @@ pub struct QueryTable {
     values: Vec<Vec4>,
     /// Distinct pairs of nodes that had to be computed: a pair and its reverse are one where the surface is reciprocal.
     pub pairs: usize,
+    /// Relative RMS error of the values where it may differ from that of the probes, else 0.
+    pub relative_rms: f64,
 }
 
 /// Where a direction lies in the grid.
@@ -125,13 +127,15 @@ pub(super) struct Source<'a> {
 
 impl Source<'_> {
     /// Appends the values of some pairs of nodes, `[light, viewer]`.
+    ///
+    /// Returns their relative RMS error where the same plan may have another one than on the probes: modes of visibility are learnt from the pairs themselves.
     fn fill(
         &self,
         ordered: &[[u32; 2]],
         nodes: &[(DVec3, f64)],
         values: &mut dyn FnMut(&[Pair]) -> Result<Effective>,
         filled: &mut Vec<Vec4>,
-    ) -> Result<()> {
+    ) -> Result<f64> {
         let list: Vec<Pair> = ordered.iter().map(|&[i, o]| Pair { wi: nodes[i as usize].0, wo: nodes[o as usize].0 }).collect();
         let result = values(&list)?;
         for ((value, pair), &[i, o]) in result.values.iter().zip(&list).zip(ordered) {
@@ -142,7 +146,7 @@ impl Source<'_> {
             }
             filled.push(glam::DVec4::new(r, g, b, 0.0).as_vec4());
         }
-        Ok(())
+        Ok(if result.summary.method == "sg" { result.summary.relative_rms } else { 0.0 })
     }
 }
 
@@ -160,12 +164,14 @@ impl QueryTable {
         let repeated = Quality { plan: source.summary.plan.clone(), ..quality.clone() };
         let nodes = stand_ins(&grid);
         let mut filled = Vec::with_capacity(ordered.len());
+        let mut relative_rms = 0.0_f64;
         for chunk in ordered.chunks(CHUNK) {
             let begun = filled.len() as f64 / ordered.len() as f64;
             let share = begun..begun + chunk.len() as f64 / ordered.len() as f64;
-            source.fill(chunk, &nodes, &mut |list| values(list, &repeated, share.clone()), &mut filled)?;
+            let of_chunk = source.fill(chunk, &nodes, &mut |list| values(list, &repeated, share.clone()), &mut filled)?;
+            relative_rms = relative_rms.max(of_chunk);
         }
-        Ok(Self { grid, guide: None, cells: keys, corners, values: filled, pairs })
+        Ok(Self { grid, guide: None, cells: keys, corners, values: filled, pairs, relative_rms })
     }
 
     /// The same with a guide divided out.
@@ -191,6 +197,7 @@ impl QueryTable {
             corners: self.corners.clone(),
             values,
             pairs: self.pairs,
+            relative_rms: self.relative_rms,
         }
     }
 

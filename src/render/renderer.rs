@@ -302,7 +302,7 @@ fn report(world: &World<'_>, material: usize, plan: &QueryPlan, table: &QueryTab
         full_table: full_table(&world.scene.materials[material].small, plan.rings),
         guided: plan.is_guided(),
         gaps: !world.opacity[material].is_opaque(),
-        error: [plan.facets, plan.interpolation],
+        error: [plan.facets.max(table.relative_rms), plan.interpolation],
     }
 }
 

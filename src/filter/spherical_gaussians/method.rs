@@ -1,6 +1,7 @@
 //! The method, from a surface and pairs to values with errors, and the search for a tolerance.
 
 use super::amplitudes::AmplitudeFinder;
+use super::modes::SAMPLE_PAIRS;
 use super::normals::NormalLobes;
 use super::surface::{SurfaceBrdf, SurfaceLobes};
 use crate::direction::Pair;
@@ -142,7 +143,7 @@ impl<'a> Run<'a> {
             let (normals, finder) = self.timed(Stage::Lobes, |run| lobes_of(run.small, surface, seen, query, plan));
             lobes += normals.densities.len();
             amplitudes += finder.layout.count() * finder.layout.channels;
-            complete &= normals.complete;
+            complete &= normals.complete && finder.layout.count() >= normals.densities.len();
             let covered = self.timed(Stage::Integrals, |run| SurfaceBrdf::new(&run.small.surfaces[surface], plan.brdf));
             brdf.push((covered.lobes(), covered.error()));
             let of_surface = SurfaceLobes { plan, densities: &normals.densities, layout: &finder.layout };
@@ -216,7 +217,7 @@ impl<'a> Run<'a> {
         let seen = self.see(&plan, &query)?;
         let of = |run: &mut Self, plan: &SphericalGaussianPlan| -> Result<(f64, bool)> {
             let raw = run.values_of(plan, &query, &seen)?;
-            Ok((alone.relative_difference(&exact, &raw.pairs), raw.complete && raw.amplitudes >= raw.lobes))
+            Ok((alone.relative_difference(&exact, &raw.pairs), raw.complete))
         };
         let (mut bias, mut complete) = of(self, &plan)?;
         let LobeCount::Fixed(mut lobes) = plan.lobes else { unreachable!("a search starts from a number") };
@@ -230,7 +231,8 @@ impl<'a> Run<'a> {
             let doubled = (2 * lobes).min(MAX_LOBES);
             let finer = (doubled > lobes).then_some(SphericalGaussianPlan { lobes: LobeCount::Fixed(doubled), ..plan });
             let modes = (2 * plan.modes).min(lobes);
-            let more = (modes > plan.modes).then_some(SphericalGaussianPlan { modes, ..plan });
+            // Modes are learnt from so many pairs; as many amplitudes as lobes need none.
+            let more = (modes > plan.modes && (modes <= SAMPLE_PAIRS || modes == lobes)).then_some(SphericalGaussianPlan { modes, ..plan });
             let of_finer = finer.map(|plan| of(self, &plan)).transpose()?;
             let of_more = more.map(|plan| of(self, &plan)).transpose()?;
             match (finer.zip(of_finer), more.zip(of_more)) {
