@@ -73,51 +73,14 @@ impl Kernel for PairIntegral<'_> {
         for brdf in self.brdf {
             let colour = brdf.lobe.colour_at(i_dot_h);
             let brdf_channels = brdf.amplitudes.at(i_dot_h, of_brdf);
-            // What is left of the factors when the amplitudes have both cosines.
-            let at_half = match self.fit {
-                AmplitudeFit::Responsibilities => None,
-                AmplitudeFit::LeastSquares | AmplitudeFit::NonNegative => {
-                    #[expect(clippy::cast_possible_truncation, reason = "the sums are in f32")]
-                    let cosine = (i_dot_h as f32).max(f32::MIN_POSITIVE);
-                    let [factor, ..] = brdf.lobe.masking.eval(&[cosine; LANES]);
-                    Some((factor / cosine) * (factor / cosine))
-                }
-            };
+            let at_half = factor_at_half(self.fit, brdf, i_dot_h);
+            let terms = &of_brdf[..brdf_channels];
             for (l, density) in self.normals.iter().enumerate() {
                 let area = areas.map(|areas| areas[l]);
                 if area == [0.0; 3] {
                     continue;
                 }
-                let d2 = axes.distance_squared(density);
-                let mut of_channel = [0.0; 3];
-                for (k, sharpness) in brdf.sharpness.iter().enumerate() {
-                    let mut integral = match self.integral {
-                        ProductIntegral::Exact => exact(density.sharpness, sharpness, d2),
-                        ProductIntegral::Closure => closure(density.sharpness, sharpness, d2),
-                    };
-                    if at_half.is_none() {
-                        let factors = masked(&axes.cosines(density, sharpness), brdf.lobe.masking);
-                        for l in 0..LANES {
-                            integral[l] *= factors[l];
-                        }
-                    }
-                    for c in 0..brdf_channels {
-                        let amplitudes = &of_brdf[c].zonal[k];
-                        for l in 0..LANES {
-                            of_channel[c] += amplitudes[l] * integral[l];
-                        }
-                    }
-                    if of_brdf[0].harmonic.is_empty() {
-                        continue;
-                    }
-                    let harmonics = axes.harmonics(density, sharpness);
-                    for c in 0..brdf_channels {
-                        let amplitudes = &of_brdf[c].harmonic[k];
-                        for l in 0..LANES {
-                            of_channel[c] += amplitudes[l] * harmonics[l] * integral[l];
-                        }
-                    }
-                }
+                let of_channel = product(self.integral, &axes, density, brdf, terms, at_half.is_none());
                 let factor = density.amplitude * at_half.unwrap_or(1.0);
                 for c in 0..3 {
                     let lobes = of_channel[if brdf_channels == 3 { c } else { 0 }];
@@ -127,4 +90,60 @@ impl Kernel for PairIntegral<'_> {
         }
         sum
     }
+}
+
+/// What is left of the factors of a BRDF where the amplitudes have both cosines.
+#[inline(always)]
+fn factor_at_half(fit: AmplitudeFit, brdf: &BrdfLobe<'_>, i_dot_h: f64) -> Option<f32> {
+    match fit {
+        AmplitudeFit::Responsibilities => None,
+        AmplitudeFit::LeastSquares | AmplitudeFit::NonNegative => {
+            #[expect(clippy::cast_possible_truncation, reason = "the sums are in f32")]
+            let cosine = (i_dot_h as f32).max(f32::MIN_POSITIVE);
+            let [factor, ..] = brdf.lobe.masking.eval(&[cosine; LANES]);
+            Some((factor / cosine) * (factor / cosine))
+        }
+    }
+}
+
+/// The integral of a lobe of the normals, its amplitude left out, and the sum of a BRDF, for each channel of `terms`; `with_factors` with the BRDF's other factors
+/// at the axis of the product.
+#[inline(always)]
+fn product(
+    integral: ProductIntegral,
+    axes: &PairAxes,
+    density: &Lobe,
+    brdf: &BrdfLobe<'_>,
+    terms: &[Terms],
+    with_factors: bool,
+) -> [f32; 3] {
+    let d2 = axes.distance_squared(density);
+    let mut of_channel = [0.0; 3];
+    for (k, sharpness) in brdf.sharpness.iter().enumerate() {
+        let mut integral = match integral {
+            ProductIntegral::Exact => exact(density.sharpness, sharpness, d2),
+            ProductIntegral::Closure => closure(density.sharpness, sharpness, d2),
+        };
+        if with_factors {
+            let factors = masked(&axes.cosines(density, sharpness), brdf.lobe.masking);
+            for l in 0..LANES {
+                integral[l] *= factors[l];
+            }
+        }
+        for (sum, terms) in of_channel.iter_mut().zip(terms) {
+            for l in 0..LANES {
+                *sum += terms.zonal[k][l] * integral[l];
+            }
+        }
+        if terms[0].harmonic.is_empty() {
+            continue;
+        }
+        let harmonics = axes.harmonics(density, sharpness);
+        for (sum, terms) in of_channel.iter_mut().zip(terms) {
+            for l in 0..LANES {
+                *sum += terms.harmonic[k][l] * harmonics[l] * integral[l];
+            }
+        }
+    }
+    of_channel
 }
