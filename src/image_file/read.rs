@@ -6,6 +6,9 @@ use crate::bounded_file::{MAX_DATA_BYTES, read_bounded};
 use crate::error::{BadInput, Error, Result};
 use std::path::Path;
 
+/// Share of the light of a map that values below 0 may be: resampling with sharp filters makes them beside bright sources. Chosen, not measured.
+pub const NEGATIVE_SHARE: f64 = 0.01;
+
 /// Reads an image by the ending of its name: `.png`, `.tif`, `.tiff` or `.exr`.
 ///
 /// TIFF: whole numbers of 1 to 32 bits or floats, grey, RGB or a palette. EXR: the channels R, G, B, else the only one, else Z or Y.
@@ -45,11 +48,11 @@ pub fn read_with_holes(path: &Path) -> Result<Raster> {
     Ok(raster)
 }
 
-/// Reads linear radiance: `.hdr` (Radiance) or `.exr`, three channels.
+/// Reads linear radiance: `.hdr` (Radiance) or `.exr`, three channels, and a note where values below 0 were taken as 0.
 ///
 /// # Errors
-/// As [`read`]; and a value below 0, with its pixel.
-pub fn read_radiance(path: &Path) -> Result<Raster> {
+/// As [`read`]; and values below 0 that are more than [`NEGATIVE_SHARE`] of the light, with the pixel of the first.
+pub fn read_radiance(path: &Path) -> Result<(Raster, Option<String>)> {
     let bytes = read_bounded(path, MAX_DATA_BYTES, "write a smaller image")?;
     let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     let raster = match &*ending {
@@ -58,15 +61,30 @@ pub fn read_radiance(path: &Path) -> Result<Raster> {
         _ => Err(BadInput::new(format!("the ending \"{ending}\" is not known for light"), "use .hdr or .exr")),
     };
     let mut raster = raster.map_err(|bad| bad.in_file(path))?;
-    if let Some(place) = raster.channels.iter().flatten().position(|v| *v < 0.0) {
-        let pixel = place % (raster.width * raster.height);
-        let problem = format!("the radiance in column {}, row {} is negative", pixel % raster.width, pixel / raster.width);
-        return Err(BadInput::new(problem, "light is 0 or more").in_file(path).into());
-    }
+    let note = without_negatives(&mut raster).map_err(|bad| bad.in_file(path))?;
     while raster.channels.len() < 3 {
         raster.channels.push(raster.channels[0].clone());
     }
-    Ok(raster)
+    Ok((raster, note))
+}
+
+/// Takes radiance below 0 as 0, and says so.
+fn without_negatives(raster: &mut Raster) -> Result<Option<String>, BadInput> {
+    let values = || raster.channels.iter().flatten().map(|&v| f64::from(v));
+    let (negative, light) = (-values().map(|v| v.min(0.0)).sum::<f64>(), values().map(|v| v.max(0.0)).sum::<f64>());
+    let Some(first) = raster.channels.iter().flatten().position(|v| *v < 0.0) else { return Ok(None) };
+    let pixel = first % (raster.width * raster.height);
+    let place = format!("column {}, row {}", pixel % raster.width, pixel / raster.width);
+    if negative > NEGATIVE_SHARE * light {
+        let problem = format!("the radiance in {place} is negative, and such values are {:.1} % of the light", 100.0 * negative / light);
+        return Err(BadInput::new(problem, "light is 0 or more"));
+    }
+    let mut count = 0;
+    for value in raster.channels.iter_mut().flatten().filter(|v| **v < 0.0) {
+        *value = 0.0;
+        count += 1;
+    }
+    Ok(Some(format!("{count} values below 0, the first in {place}, {:.1e} of the light in all, are taken as 0", negative / light)))
 }
 
 /// Decodes the bytes of an image file.

@@ -190,7 +190,7 @@ fn an_exr_is_laid_into_its_display_window_and_lends_its_heights() {
     let path = folder.path().join("w.exr");
     std::fs::write(&path, windowed_exr(true)).unwrap();
     // Light is black where there are no data, as the format says.
-    let light = read_radiance(&path).unwrap();
+    let (light, _) = read_radiance(&path).unwrap();
     assert_eq!((light.width, light.height, &light.channels[0][..]), (4, 2, &[0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 0.0][..]));
     // A height or colour that is not there is refused.
     for message in [read_heights(&path).unwrap_err().to_string(), read(&path).unwrap_err().to_string()] {
@@ -207,7 +207,26 @@ fn radiance_files_signed_rgbe_are_read() {
     let path = folder.path().join("l.hdr");
     let body = b"FORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n\x80\x40\x20\x81";
     std::fs::write(&path, [b"#?RGBE\n", &body[..]].concat()).unwrap();
-    assert_eq!(read_radiance(&path).unwrap().channels, [vec![1.0], vec![0.5], vec![0.25]]);
+    assert_eq!(read_radiance(&path).unwrap().0.channels, [vec![1.0], vec![0.5], vec![0.25]]);
+}
+
+#[test]
+fn radiance_slightly_below_0_is_0_with_a_note_and_far_below_refused() {
+    use exr::prelude::*;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("l.exr");
+    let write = |dark: f32| {
+        let channels = SpecificChannels::rgb(move |p: Vec2<usize>| if p.x() == 1 { (dark, 0.0, 0.0) } else { (10.0, 10.0, 10.0) });
+        Image::from_channels((3, 2), channels).write().to_file(&path).unwrap();
+        read_radiance(&path)
+    };
+    let (light, note) = write(-0.1).unwrap();
+    assert_eq!(light.channels[0], [10.0, 0.0, 10.0, 10.0, 0.0, 10.0]);
+    let note = note.unwrap();
+    assert!(note.starts_with("2 values below 0, the first in column 1, row 0"), "{note}");
+    assert_eq!(write(0.0).unwrap().1, None);
+    let message = write(-5.0).unwrap_err().to_string();
+    assert!(message.contains("column 1, row 0 is negative") && message.contains("% of the light"), "{message}");
 }
 
 #[test]

@@ -29,6 +29,8 @@ pub struct Environment {
     columns: Vec<Vec<f64>>,
     /// The same sums of whole rows.
     rows: Vec<f64>,
+    /// What the user should know of the file.
+    pub note: Option<String>,
 }
 
 impl Environment {
@@ -37,7 +39,8 @@ impl Environment {
     /// # Errors
     /// Those of the reader; a map that is black.
     pub fn load(file: &Path, rotation: f64, scale: f64) -> Result<Self> {
-        let environment = Self::new(image_file::read_radiance(file)?, rotation, scale);
+        let (raster, note) = image_file::read_radiance(file)?;
+        let environment = Self { note, ..Self::new(raster, rotation, scale) };
         if environment.total() <= 0.0 {
             return Err(BadInput::new("the environment map is black", "use one with light in it").in_file(file).into());
         }
@@ -61,7 +64,7 @@ impl Environment {
             rows.push(rows[row] + sum);
             columns.push(sums);
         }
-        Self { raster, rotation, scale, columns, rows }
+        Self { raster, rotation, scale, columns, rows, note: None }
     }
 
     /// Luminance integrated over the sphere, before `scale`.

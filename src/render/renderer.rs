@@ -314,6 +314,7 @@ fn notes(scene: &Scene, quality: &Quality, plans: &[Option<QueryPlan>]) -> Vec<S
             notes.push(text);
         }
     };
+    scene.environment.iter().filter_map(|e| e.map.note.as_ref()).for_each(|n| note(format!("environment: {n}")));
     for object in &scene.objects {
         if let Shape::Mesh(mesh) = &object.shape {
             mesh.notes.iter().for_each(|n| note(format!("{}: {n}", object.label)));
