@@ -12,5 +12,5 @@ mod tint;
 
 pub use mask::{MaskChannel, MaskEncoding, PlainImage, read_mask, read_normals};
 pub use raster::{MAX_PIXELS, Raster};
-pub use read::{NEGATIVE_SHARE, read, read_heights, read_radiance, read_with_holes};
+pub use read::{read, read_heights, read_radiance, read_with_holes};
 pub use tint::{TintImage, read_tint};

@@ -7,7 +7,7 @@ use crate::error::{BadInput, Error, Result};
 use std::path::Path;
 
 /// Share of the light of a map that values below 0 may be: resampling with sharp filters makes them beside bright sources. Chosen, not measured.
-pub const NEGATIVE_SHARE: f64 = 0.01;
+const NEGATIVE_SHARE: f64 = 0.01;
 
 /// Reads an image by the ending of its name: `.png`, `.tif`, `.tiff` or `.exr`.
 ///
@@ -51,7 +51,7 @@ pub fn read_with_holes(path: &Path) -> Result<Raster> {
 /// Reads linear radiance: `.hdr` (Radiance) or `.exr`, three channels, and a note where values below 0 were taken as 0.
 ///
 /// # Errors
-/// As [`read`]; and values below 0 that are more than [`NEGATIVE_SHARE`] of the light, with the pixel of the first.
+/// As [`read`]; and values below 0 that are more than 1 % of the light, with the pixel of the first.
 pub fn read_radiance(path: &Path) -> Result<(Raster, Option<String>)> {
     let bytes = read_bounded(path, MAX_DATA_BYTES, "write a smaller image")?;
     let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();

@@ -1,5 +1,6 @@
 //! Images of colour weights.
 
+use super::mask::PlainImage;
 use super::raster::Raster;
 use super::read::read;
 use crate::error::{BadInput, Result};
@@ -8,16 +9,8 @@ use crate::numerics::colour::srgb_to_linear;
 use glam::DVec2;
 use std::path::Path;
 
-/// An image of colour weights, linear RGB, row 0 at v = 0 (the image's bottom row).
-#[derive(Clone, Debug)]
-pub struct TintImage {
-    /// Pixels across.
-    pub width: usize,
-    /// Pixels up.
-    pub height: usize,
-    /// `height` rows of `width` linear RGB values in 0..=1.
-    pub pixels: Vec<[f32; 3]>,
-}
+/// An image of colour weights in 0..=1, linear RGB.
+pub type TintImage = PlainImage<3>;
 
 impl TintImage {
     /// The pixel that holds `uv`, both wrapped into the unit square.
