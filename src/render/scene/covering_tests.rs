@@ -28,6 +28,7 @@ fn folder() -> tempfile::TempDir {
     grey("over.png", 4, 2, &|x, y| if (x, y) == (1, 0) { 26 } else { 0 });
     grey("square.png", 4, 4, &|_, _| 128);
     ImageBuffer::<LumaA<u8>, _>::from_pixel(2, 2, LumaA([7, 200])).save(at("alpha.png")).unwrap();
+    ImageBuffer::<LumaA<u8>, _>::from_fn(2, 2, |x, _| LumaA([if x == 0 { 0 } else { 255 }, 255])).save(at("opaque.png")).unwrap();
     let rgb = |name: &str, pixel: [u8; 3]| ImageBuffer::<Rgb<u8>, _>::from_pixel(2, 2, Rgb(pixel)).save(at(name)).unwrap();
     rgb("red.png", [200, 10, 10]);
     rgb("normals.png", [128, 128, 255]);
@@ -41,6 +42,7 @@ fn folder() -> tempfile::TempDir {
 const HEAD: &str = "format = 1\n[camera]\norigin = [0, -5, 0]\ntarget = [0, 0, 0]\nfov_deg = 30\nwidth = 8\nheight = 4\n\
                     [[light]]\ntype = \"directional\"\nto_light = [0, -1, 1]\nirradiance_rgb = 1\n\
                     [[object]]\nmaterial = \"material.toml\"\n";
+const SLIDE: &str = "mask_projection = \"planar\"\nmask_size = [2, 1]\nmask_wrap = \"clamp\"";
 const SPHERE: &str = "kind = \"sphere\"\nradius = 1\n";
 
 /// The scene of one object.
@@ -93,6 +95,18 @@ fn what_is_wrong_with_layers_is_said_with_its_place_and_a_remedy() {
         (mesh("bare.obj", &logo), "layer[0].mask", "the mesh has no texture coordinates", "or write mask_projection = \"planar\""),
         (sphere(&logo.repeat(17)), "object[0].layer", "there are 17 layers", "at most 16"),
         (sphere("blend = \"sum\""), "object[0].blend", "there is no layer to blend", "add an [[object.layer]]"),
+        (on_sphere("mask = \"opaque.png\""), "opaque.png", "alpha is 1 everywhere", "mask_channel = \"grey\""),
+        // Shares of 1 where the slide is not faced, though the masks sum to 1 in every pixel.
+        (
+            sphere(&format!(
+                "blend = \"sum\"\n{}{}",
+                layer(&format!("mask = \"logo.png\"\ninvert = true\n{SLIDE}")),
+                layer(&format!("mask = \"rest.png\"\ninvert = true\n{SLIDE}"))
+            )),
+            "object[0].blend",
+            "sum to 2 outside of their image",
+            "scale the masks",
+        ),
         (
             sphere(&format!("blend = \"sum\"\n{logo}{}", layer("mask = \"over.png\""))),
             "object[0].blend",
