@@ -43,7 +43,7 @@ fn sampled(scene: &Scene, seed: u64, tolerance: f64) -> Picture {
     let mut scene = scene.clone();
     let environment = scene.environment.as_mut().unwrap();
     environment.lighting = Lighting::Sampled;
-    environment.lights = 1024;
+    environment.lights = Some(1024);
     let quality = Quality { tolerance, seed, ..Quality::default() };
     common::with_control(|control| render(&scene, &quality, control).unwrap().picture)
 }

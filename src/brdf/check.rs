@@ -112,7 +112,7 @@ impl Brdf {
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         if let Self::BlinnPhong { diffuse, specular, .. }
-        | Self::CookTorrance { diffuse, specular, .. }
+        | Self::CookTorrance { diffuse, specular, f0: None, .. }
         | Self::Ward { diffuse, specular, .. } = self
         {
             let sum = (0..3).map(|c| diffuse[c] + specular[c]).fold(0.0, f64::max);
@@ -120,8 +120,13 @@ impl Brdf {
                 warnings.push(format!("diffuse + specular reach {sum:.3}, over 1: the facets may reflect more light than falls on them"));
             }
         }
-        // Lambert never, and Cook-Torrance only as just said.
-        if !matches!(self, Self::Lambert { .. } | Self::CookTorrance { .. }) {
+        // Lambert never, and Cook-Torrance only as just said; with `f0` its lobe is far weaker than `specular` but for grazing light.
+        let sum = match self {
+            Self::CookTorrance { diffuse, specular, f0: Some(_), .. } => (0..3).map(|c| diffuse[c] + specular[c]).fold(0.0, f64::max),
+            Self::Lambert { .. } | Self::CookTorrance { .. } => 0.0,
+            Self::BlinnPhong { .. } | Self::Ward { .. } | Self::Measured(_) => f64::INFINITY,
+        };
+        if sum > 1.0 {
             let (albedo, channel, incidence) = self.max_directional_albedo().brightest();
             if albedo > ALBEDO_SLACK {
                 let mut text =
@@ -210,6 +215,14 @@ mod tests {
         let ggx = |diffuse| Brdf::CookTorrance { diffuse, specular: [0.5; 3], alpha: 0.2, distribution: Distribution::Ggx, f0: None };
         assert_eq!(say(&ggx([0.5; 3])), "");
         assert!(say(&ggx([0.0, 0.7, 0.0])).contains("diffuse + specular reach 1.200"));
+        // A dielectric: specular 1 of F, which is .04 towards the normal.
+        let varnish = |diffuse, f0| {
+            let (specular, distribution) = ([1.0; 3], Distribution::Ggx);
+            say(&Brdf::CookTorrance { diffuse: [diffuse; 3], specular, alpha: 0.2, distribution, f0: Some([f0; 3]) })
+        };
+        assert_eq!(varnish(0.3, 0.04), "");
+        assert!(varnish(0.9, 0.04).contains("times the light that falls on it"), "{}", varnish(0.9, 0.04));
+        assert!(varnish(0.5, 0.9).contains("times the light that falls on it"));
         assert!(say(&Brdf::Ward { diffuse: [0.0; 3], specular: [0.9; 3], alpha: 0.3 }).contains("incidence 89.99 degrees"));
         assert!(say(&Brdf::BlinnPhong { diffuse: [0.0; 3], specular: [0.5; 3], exponent: 100.0 }).contains("reflects up to"));
         let paper = say(&office_paper());

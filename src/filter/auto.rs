@@ -26,6 +26,7 @@ use crate::direction::Pair;
 use crate::error::Result;
 use crate::material::SmallScale;
 use crate::numerics::cast::truncate_u32;
+use crate::numerics::words::{percent, significant};
 use rustc_hash::FxHashSet;
 
 /// The model of errors and costs: how many samples a surface and a tolerance will need.
@@ -61,6 +62,9 @@ const MODEL: AutoModel = AutoModel {
     most: 1 << 20,
     reference_pairs: 256,
 };
+
+/// Share of the progress that the direct method makes where the reference method may follow. Chosen, not measured.
+const DIRECT_PROGRESS: f64 = 0.8;
 
 /// What the model looks at.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -112,23 +116,36 @@ pub(super) fn auto(small: &SmallScale, pairs: &[Pair], quality: &Quality, contro
     let predicted = features.samples(quality.tolerance);
     let samples = |share: f64| truncate_u32((share * predicted).clamp(1.0, f64::from(MODEL.most)));
     let start = StartHint { enough: samples(MODEL.enough), expected: samples(1.0) };
-    let (mut result, undersampled) = direct_from(small, pairs, quality, control, start)?;
-    if undersampled > 0 && quality.budget.is_none() && pairs.len() <= MODEL.reference_pairs {
-        let mut result = reference(small, pairs, quality, control)?;
-        result.summary.notes.insert(
+    // What the reference method may have to do after it is known only then.
+    let alone = quality.budget.is_some() || pairs.len() > MODEL.reference_pairs;
+    let share = if alone { 1.0 } else { DIRECT_PROGRESS };
+    let (mut result, undersampled) = control.part(0.0..share, |control| direct_from(small, pairs, quality, control, start))?;
+    if undersampled > 0 && !alone {
+        let mut result = control.part(share..1.0, |control| reference(small, pairs, quality, control))?;
+        result.summary.details.insert(
             0,
-            format!("auto: reference, since {undersampled} directions see next to none of {MOST_SEARCH} samples of the surface"),
+            format!("the method reference was chosen: {undersampled} directions see next to none of {MOST_SEARCH} samples of the surface"),
         );
         return Ok(result);
     }
     let kind = match features.normals {
         n if n > MODEL.few_normals => {
-            format!("more than {} normals, {:.1} footprints of area, sharpest lobe {:.3}", MODEL.few_normals, features.area, features.alpha)
+            format!(
+                "more than {} normals, {} footprints of area, sharpest lobe {}",
+                MODEL.few_normals,
+                significant(features.area),
+                significant(features.alpha)
+            )
         }
         n => format!("{n} normals"),
     };
-    let note = format!("auto: direct ({kind}: about {predicted:.0} samples expected for a tolerance of {})", quality.tolerance);
-    result.summary.notes.insert(0, note);
+    let detail = format!(
+        "auto chose direct ({kind}): about {} samples were expected for a tolerance of {}, and {} taken",
+        significant(predicted),
+        percent(quality.tolerance),
+        result.summary.facets
+    );
+    result.summary.details.insert(0, detail);
     Ok(result)
 }
 

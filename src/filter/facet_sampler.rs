@@ -64,11 +64,6 @@ impl<'a> FacetSampler<'a> {
         rounds * self.surface.triangles.len() as f64 * COSTS.projected_triangle > f64::from(samples) * COSTS.projected_facet
     }
 
-    /// Reports the share of a stage that is done.
-    pub fn report(&self, stage: &str, share: f64) {
-        (self.control.progress)(stage, share);
-    }
-
     /// Rays so far that were given up among the periods and counted as free.
     pub fn given_up(&self) -> usize {
         self.visibility.given_up()

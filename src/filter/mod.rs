@@ -47,6 +47,7 @@ mod visible_facets;
 
 pub use common_random_numbers::{BasisReflectance, CommonRandomNumbers, PlacedSamples, Slot, SlotColour, basis_brdf, basis_tint};
 pub use control::Control;
+pub(crate) use control::RisingShare;
 pub use direct::prepare;
 pub use effective::effective;
 pub(crate) use lobes::{exp, lobes};

@@ -27,12 +27,12 @@ pub struct Prepared<'a> {
 
 impl<'a> Prepared<'a> {
     /// The first `samples` samples of `facet_sampler` and what they see; `query` is that of `pairs`.
-    pub(super) fn new(sampler: &FacetSampler<'_>, pairs: &'a [Pair], query: Query, samples: u32) -> Result<Self> {
+    pub(super) fn new(sampler: &FacetSampler<'_>, pairs: &'a [Pair], query: Query, samples: u32, control: &Control<'_>) -> Result<Self> {
         let parts = samples.div_ceil(BATCH);
         let mut batches = Vec::with_capacity(parts as usize);
         for part in 0..parts {
             batches.push(sampler.batch(Runs::of_block(0, samples, part, parts), &query.directions)?);
-            sampler.report("visibility", f64::from(part + 1) / f64::from(parts));
+            (control.progress)("visibility", f64::from(part + 1) / f64::from(parts));
         }
         let mut areas = vec![[0.0; REPLICATES]; query.directions.len()];
         for batch in &batches {

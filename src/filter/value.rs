@@ -40,6 +40,8 @@ pub struct Summary {
     pub low_rank: Vec<LowRankFacts>,
     /// What the user should know.
     pub notes: Vec<String>,
+    /// How it was done, for who knows the method.
+    pub details: Vec<String>,
 }
 
 impl Summary {

@@ -25,6 +25,7 @@ pub fn template(kind: &str) -> Option<String> {
         let surface = format!(
             "# {part}: {what}\n[[surface]]\npart = \"{part}\"\nbrdf = {{ model = \"lambert\", albedo = {colour} }}\n\
              # brdf = {{ model = \"cook-torrance\", diffuse = {colour}, specular = 0.1, alpha = 0.2 }}\n\
+             # brdf = {{ model = \"measured\", name = \"gold-metallic-paint\" }}  # `biscale list brdfs` names them\n\
              # Colour weight, 0 to 1 (default 1){}\ntint = [1.0, 1.0, 1.0]\n\n",
             if matches!(kind, "mesh" | "height-field") { "; may be an image: tint = \"tint.png\"" } else { "" }
         );

@@ -16,6 +16,7 @@
 //! | [`linear_algebra`] | Cholesky and symmetric eigenvalues (`faer`) |
 //! | [`least_squares`] | Levenberg-Marquardt with numeric derivatives (`basin`) |
 //! | [`nelder_mead`] | Nelder and Mead's simplex with bounds (`basin`) |
+//! | [`words`] | numbers as notes tell them |
 //! | [`outcome`] | how a search ended |
 //! | [`non_negative`] | least squares with unknowns of at least 0 |
 //! | [`randomized_svd`] | singular values of large matrices by random probes |
@@ -36,3 +37,4 @@ pub mod randomized_svd;
 pub mod seed;
 pub mod stable_bytes;
 pub mod statistics;
+pub mod words;

@@ -2,6 +2,7 @@
 //! to the viewer and to each light that reaches them, in the tile's frame. Nothing here depends on how the materials reflect.
 
 use super::layers::Cover;
+use super::light_sampling::LEAST_LIGHTS;
 use super::mapping::Footprint;
 use super::scene::{Camera, Light, Lighting, Scene};
 use super::world::{MAX_SURFACES, NOTHING, SurfacePoint, World, turned_by};
@@ -61,10 +62,10 @@ pub struct View {
     pub alpha: Vec<f32>,
 }
 
-/// The lights of a scene, with those of an environment that is sampled; `seed` is that of the sampling.
+/// The lights of a scene, with those of an environment that is sampled, [`LEAST_LIGHTS`] where it names no number; `seed` is that of the sampling.
 pub fn lights(scene: &Scene, seed: u64) -> Vec<Light> {
     let sampled = scene.environment.iter().filter(|e| e.lighting == Lighting::Sampled);
-    let surroundings = sampled.flat_map(|e| e.map.lights(e.lights, seed));
+    let surroundings = sampled.flat_map(|e| e.map.lights(e.lights.unwrap_or(LEAST_LIGHTS), seed));
     let distant = surroundings.map(|(to_light, irradiance)| Light::Directional { to_light, irradiance });
     scene.lights.iter().copied().chain(distant).collect()
 }

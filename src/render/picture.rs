@@ -1,11 +1,15 @@
 //! A picture in memory, and as an OpenEXR or PNG file.
 
+use crate::numerics::cast::truncate_usize;
 use crate::numerics::colour::{byte, srgb_byte};
 use exr::prelude::{AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, Layer, LayerAttributes, Text, WritableImage};
 use std::io::{Seek, Write};
 
 /// What an OpenEXR or PNG file of [`super::render`] says of who made it.
 pub const SOFTWARE: &str = concat!("biscale render ", env!("CARGO_PKG_VERSION"));
+
+/// Share of the pixels with light in them that [`Picture::auto_exposure`] shows without cutting: highlights may be white. Chosen, not measured.
+const BRIGHT: f64 = 0.995;
 
 /// Radiance of every pixel, rows from the top.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,6 +57,25 @@ impl Picture {
         })
     }
 
+    /// Share of the pixels that a screen cannot show at an exposure: a channel is brighter than white, and is cut.
+    pub fn clipped(&self, exposure: f64) -> f64 {
+        let white = (-exposure).exp2();
+        let cut = self.rgb.iter().filter(|rgb| f64::from(brightest(**rgb)) > white).count();
+        cut as f64 / self.rgb.len().max(1) as f64
+    }
+
+    /// The exposure, stops, at which [`BRIGHT`] of the pixels that are not black are no brighter than white; 0 for a black picture. A tenth of a stop
+    /// is as fine as it is told.
+    pub fn auto_exposure(&self) -> f64 {
+        let mut levels: Vec<f32> = self.rgb.iter().map(|rgb| brightest(*rgb)).filter(|v| *v > 0.0).collect();
+        if levels.is_empty() {
+            return 0.0;
+        }
+        let place = truncate_usize(BRIGHT * (levels.len() - 1) as f64);
+        let (_, level, _) = levels.select_nth_unstable_by(place, f32::total_cmp);
+        (10.0 * -f64::from(*level).log2()).floor().clamp(-640.0, 640.0) / 10.0
+    }
+
     /// What a screen is sent: radiance times `2^exposure`, clamped to 0..1, sRGB-encoded, in 8 bits; three bytes a pixel, or four
     /// with straight alpha.
     pub fn to_srgb(&self, exposure: f64, with_alpha: bool) -> Vec<u8> {
@@ -65,6 +88,11 @@ impl Picture {
         };
         self.rgb.iter().zip(&self.alpha).flat_map(pixel).collect()
     }
+}
+
+/// The largest channel.
+fn brightest(rgb: [f32; 3]) -> f32 {
+    rgb.into_iter().fold(0.0, f32::max)
 }
 
 #[cfg(test)]
@@ -92,6 +120,20 @@ mod tests {
         for (i, rgb) in picture.rgb.iter().enumerate() {
             assert_eq!(std::array::from_fn::<f32, 3, _>(|c| raster.channels[c][i]), *rgb);
         }
+    }
+
+    #[test]
+    fn an_exposure_is_found_that_cuts_next_to_nothing() {
+        let mut picture = Picture::new(100, 20);
+        for (k, rgb) in picture.rgb.iter_mut().enumerate().skip(1000) {
+            *rgb = [0.0, 0.004 * (k as f32 - 999.0), 0.001];
+        }
+        // The brightest is 4: half of the picture is black, a quarter of the rest darker than 1.
+        assert!((picture.clipped(0.0) - 0.375).abs() < 2e-3, "{}", picture.clipped(0.0));
+        let exposure = picture.auto_exposure();
+        assert!((-2.1..=-1.9).contains(&exposure) && picture.clipped(exposure) <= 0.005, "{exposure}: {}", picture.clipped(exposure));
+        assert!(picture.clipped(exposure + 0.2) > picture.clipped(exposure));
+        assert_eq!((Picture::new(4, 4).auto_exposure(), Picture::new(4, 4).clipped(64.0)), (0.0, 0.0));
     }
 
     #[test]

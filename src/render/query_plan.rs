@@ -44,10 +44,7 @@ pub struct QueryPlan {
 
 /// The filter as a source of values.
 fn filtered<'a>(small: &'a SmallScale, control: &'a Control<'_>) -> impl FnMut(&[Pair], &Quality, Range<f64>) -> Result<Effective> + 'a {
-    move |pairs, quality, share| {
-        let progress = |stage: &str, done: f64| (control.progress)(stage, share.start + done.clamp(0.0, 1.0) * (share.end - share.start));
-        effective(small, pairs, quality, &Control { progress: &progress, ..*control })
-    }
+    move |pairs, quality, share| control.part(share, |control| effective(small, pairs, quality, control))
 }
 
 /// Values of all pairs of nodes of a full table with as many rings as this one.

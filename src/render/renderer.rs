@@ -2,6 +2,7 @@
 
 use super::environment_lighting::EnvironmentReport;
 use super::gather::{View, gather, lights};
+use super::light_sampling::LightSampling;
 use super::picture::Picture;
 use super::query_plan::{PROBES, QueryPlan, full_table};
 use super::query_table::QueryTable;
@@ -11,6 +12,7 @@ use super::world::{MAX_SURFACES, World};
 use crate::error::{Error, Result};
 use crate::filter::{Control, Quality};
 use crate::numerics::low_discrepancy::hash;
+use crate::numerics::words::percent;
 use crate::table::HemisphereGrid;
 use glam::Vec3;
 use std::ops::Range;
@@ -25,6 +27,8 @@ pub struct Rendered {
     pub picture: Picture,
     /// For each material of the scene how its values were made; `None` for one that no light reaches.
     pub materials: Vec<Option<MaterialReport>>,
+    /// How the environment was sampled, if it was.
+    pub light_sampling: Option<LightSampling>,
     /// How the light of an environment as a whole was made.
     pub environment: Option<EnvironmentReport>,
     /// Lights, with those that stand for the environment.
@@ -35,6 +39,8 @@ pub struct Rendered {
     pub stages: Vec<(&'static str, f64)>,
     /// What the user should know.
     pub notes: Vec<String>,
+    /// How it was done, for who knows the methods.
+    pub details: Vec<String>,
 }
 
 /// How the values of one material were made.
@@ -117,7 +123,19 @@ pub(super) fn render_in_bands(scene: &Scene, quality: &Quality, control: &Contro
     let report = |m: usize| Some(report(&world, m, plans[m].as_ref()?, tables[m].as_ref()?));
     let materials = (0..scene.materials.len()).map(report).collect();
     let notes = notes(scene, quality, &plans);
-    Ok(Rendered { picture, materials, environment: None, lights: bands.lights.len(), lamps, stages: stages.ended, notes })
+    let details = scene.materials.iter().zip(&plans).filter_map(|(m, plan)| Some((&m.material.name, &plan.as_ref()?.summary.details)));
+    let details = details.flat_map(|(name, details)| details.iter().map(move |detail| format!("{name}: {detail}"))).collect();
+    Ok(Rendered {
+        picture,
+        materials,
+        light_sampling: None,
+        environment: None,
+        lights: bands.lights.len(),
+        lamps,
+        stages: stages.ended,
+        notes,
+        details,
+    })
 }
 
 /// Refuses what a picture cannot be made by.
@@ -149,11 +167,6 @@ impl<'a> Stages<'a> {
         self.ended.push((name, 1e3 * (now - self.last)));
         self.last = now;
     }
-}
-
-/// Progress of a part of the whole work.
-fn part<'a>(control: &'a Control<'_>, share: Range<f64>) -> impl Fn(&str, f64) + Sync + 'a {
-    move |stage, done| (control.progress)(stage, share.start + done * (share.end - share.start))
 }
 
 /// Most points of a place: one a layer, and one of what is below them.
@@ -190,15 +203,18 @@ impl<'a> Bands<'a> {
         Ok(Self { world, lights, seed, control, rows, only: None })
     }
 
-    /// Shows every band to `visit`; `share` is the progress that gathering one of them makes.
+    /// Shows every band to `visit`; `share` is the progress that gathering them makes.
     fn each(&mut self, share: Range<f64>, mut visit: impl FnMut(&View)) -> Result<()> {
         for rows in &self.rows {
             self.control.check()?;
             let view = match self.only.take() {
                 Some(view) => view,
                 None => {
-                    let progress = part(self.control, share.clone());
-                    gather(self.world, &self.lights, rows.clone(), self.seed, &Control { progress: &progress, ..*self.control })?
+                    let of_band =
+                        |row: u32| share.start + (share.end - share.start) * f64::from(row) / f64::from(self.world.scene.camera.height);
+                    self.control.part(of_band(rows.start)..of_band(rows.end), |control| {
+                        gather(self.world, &self.lights, rows.clone(), self.seed, control)
+                    })?
                 }
             };
             visit(&view);
@@ -264,10 +280,9 @@ fn plans(world: &World<'_>, probes: Vec<Probes>, quality: &Quality, control: &Co
         probes.keep();
         let pairs: Vec<(Vec3, Vec3)> = probes.0.iter().map(|p| (p.3, p.4)).collect();
         let begun = 0.1 + 0.3 * plans.len() as f64 / materials.len() as f64;
-        let progress = part(control, begun..begun + 0.3 / materials.len() as f64);
-        let control = Control { progress: &progress, ..*control };
-        let plan = || QueryPlan::find(&material.small, opacity.is_opaque(), &pairs, quality, &control);
-        plans.push(if pairs.is_empty() { None } else { Some(plan()?) });
+        let plan = |control: &Control<'_>| QueryPlan::find(&material.small, opacity.is_opaque(), &pairs, quality, control);
+        let share = begun..begun + 0.3 / materials.len() as f64;
+        plans.push(if pairs.is_empty() { None } else { Some(control.part(share, plan)?) });
     }
     Ok(plans)
 }
@@ -280,13 +295,15 @@ fn tables(
     quality: &Quality,
     control: &Control<'_>,
 ) -> Result<Vec<Option<QueryTable>>> {
-    let count = plans.len() as f64;
+    // Values cost about as much each: a material has the share of the progress that its cells have of all.
+    let all = keys.iter().map(Vec::len).sum::<usize>().max(1) as f64;
+    let mut begun = 0;
     let mut tables: Vec<Option<QueryTable>> = Vec::new();
     for ((plan, keys), material) in plans.iter().zip(keys).zip(&scene.materials) {
-        let begun = 0.45 + 0.45 * tables.len() as f64 / count;
-        let progress = part(control, begun..begun + 0.45 / count);
-        let control = Control { progress: &progress, ..*control };
-        tables.push(plan.as_ref().map(|p| p.table(&material.small, keys, quality, &control)).transpose()?);
+        let share = [begun, begun + keys.len()].map(|cells| 0.45 + 0.45 * cells as f64 / all);
+        begun += keys.len();
+        let table = |p: &QueryPlan| control.part(share[0]..share[1], |control| p.table(&material.small, keys, quality, control));
+        tables.push(plan.as_ref().map(table).transpose()?);
     }
     Ok(tables)
 }
@@ -347,7 +364,8 @@ fn notes(scene: &Scene, quality: &Quality, plans: &[Option<QueryPlan>]) -> Vec<S
             } else {
                 "the values themselves are that far off".to_owned()
             };
-            note(format!("{name}: the relative RMS error is {error:.2e}, over the tolerance {:.2e}: {why}", quality.tolerance));
+            let (error, tolerance) = (percent(error), percent(quality.tolerance));
+            note(format!("{name}: the relative RMS error is {error}, over the tolerance of {tolerance}: {why}"));
         }
     }
     notes

@@ -2,11 +2,16 @@
 
 use super::compare::difference;
 use super::environment_lighting::{EnvironmentLit, EnvironmentReport, LEAST_TOLERANCE, PictureError};
+use super::light_sampling::{LightSampling, light_sampling};
 use super::renderer::{Rendered, render_lights};
 use super::scene::{Lighting, Scene};
 use crate::error::{Error, Result};
 use crate::filter::{Control, Quality};
+use crate::numerics::words::percent;
+use std::borrow::Cow;
 
+/// Share of the progress that the pictures make which tell the error of the lights. Chosen, not measured.
+const SAMPLING_PROGRESS: f64 = 0.15;
 /// Pixels across of the small picture whose error is measured.
 const SMALL_WIDTH: u32 = 24;
 /// Lights of each of the two pictures that it is compared with.
@@ -42,7 +47,17 @@ const SMALL_LIGHTS: u32 = 512;
 /// # Ok::<(), biscale::Error>(())
 /// ```
 pub fn render(scene: &Scene, quality: &Quality, control: &Control<'_>) -> Result<Rendered> {
-    let mut rendered = render_lights(scene, quality, control)?;
+    let begun = (control.clock)();
+    let sampling = control.part(0.0..SAMPLING_PROGRESS, |control| light_sampling(scene, quality, control))?;
+    let sampled = (control.clock)();
+    let scene = &with_lights(scene, sampling);
+    let share = if sampling.is_some() { SAMPLING_PROGRESS } else { 0.0 };
+    let mut rendered = control.part(share..1.0, |control| render_lights(scene, quality, control))?;
+    if let Some(sampling) = sampling {
+        rendered.stages.insert(0, ("light sampling", 1e3 * (sampled - begun)));
+        rendered.notes.extend(sampling_note(&sampling, quality));
+        rendered.light_sampling = Some(sampling);
+    }
     if scene.environment.as_ref().is_some_and(|e| e.lighting == Lighting::SphericalGaussians) {
         let lit = EnvironmentLit::new(scene, quality, control)?;
         rendered.stages.extend(&lit.stages);
@@ -61,6 +76,30 @@ pub fn render(scene: &Scene, quality: &Quality, control: &Control<'_>) -> Result
     Ok(rendered)
 }
 
+/// The scene with the number of lights that was found for its environment.
+fn with_lights(scene: &Scene, sampling: Option<LightSampling>) -> Cow<'_, Scene> {
+    match sampling.filter(|s| s.chosen) {
+        Some(LightSampling { lights, .. }) => {
+            let mut scene = scene.clone();
+            scene.environment.iter_mut().for_each(|e| e.lights = Some(lights));
+            Cow::Owned(scene)
+        }
+        None => Cow::Borrowed(scene),
+    }
+}
+
+/// What the user should know of lights that miss the tolerance.
+fn sampling_note(sampling: &LightSampling, quality: &Quality) -> Option<String> {
+    let LightSampling { lights, relative_rms, .. } = *sampling;
+    (relative_rms > quality.tolerance).then(|| {
+        format!(
+            "{lights} lights stand for the environment, which makes an error of {} that the tolerance does not cover: more `lights` in \
+             [environment] make it smaller, `lighting = \"sg\"` draws none",
+            percent(relative_rms)
+        )
+    })
+}
+
 /// How far pictures of the scene's view by `lit` are off.
 fn picture_error(lit: &EnvironmentLit<'_>, scene: &Scene, quality: &Quality, control: &Control<'_>) -> Result<Option<PictureError>> {
     let mut small = scene.clone();
@@ -70,7 +109,7 @@ fn picture_error(lit: &EnvironmentLit<'_>, scene: &Scene, quality: &Quality, con
     small.lights.clear();
     if let Some(surroundings) = &mut small.environment {
         surroundings.lighting = Lighting::Sampled;
-        surroundings.lights = SMALL_LIGHTS;
+        surroundings.lights = Some(SMALL_LIGHTS);
     }
     let picture = lit.frame(&small.camera);
     let shown = |rgb: &[[f32; 3]]| -> Vec<[f32; 3]> {
@@ -101,8 +140,10 @@ fn notes(scene: &Scene, lit: &EnvironmentLit<'_>, quality: &Quality) -> Vec<Stri
     let missed = scene.materials.iter().zip(lit.reports()).filter(|(_, r)| r.relative_rms() > tolerance).map(|(material, report)| {
         let error = report.relative_rms();
         format!(
-            "{}: its response to the environment has a relative RMS error of {error:.2e}, over {tolerance:.2e}, on the finest grids",
-            material.material.name
+            "{}: its response to the environment has a relative RMS error of {}, over {}, on the finest grids",
+            material.material.name,
+            percent(error),
+            percent(tolerance)
         )
     });
     missed.collect()

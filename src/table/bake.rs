@@ -9,18 +9,23 @@
 //! The table's error falls as `1 / rings²`, its cost rises as `rings⁴`: each finer table is as fine as that law asks for.
 
 use super::effective_table::{EffectiveTable, TableError, TableOrigin, max_rings, value_count, value_index};
+use super::forecast::{BakeForecast, Costs, FACET_SHARE, Refinement};
 use super::grid::{HemisphereGrid, node_count};
 use super::guide::GuideLobes;
+use super::kept_blocks::{BlockValues, KeptBlocks};
 use crate::brdf::Colour;
 use crate::direction::Pair;
 use crate::error::{BadInput, Error, Result};
-use crate::filter::{Control, Effective, Quality, Value, effective};
+use crate::filter::{Control, Effective, Quality, RisingShare, Value, effective};
 use crate::material::SmallScale;
 use crate::numerics::cast::{narrow, truncate_usize};
+use crate::numerics::hash::Fnv1a;
 use crate::numerics::random::{Random, mix};
+use crate::numerics::words::percent;
 use glam::DVec3;
 use std::f64::consts::TAU;
 use std::ops::Range;
+use std::path::Path;
 
 /// What is to be baked.
 #[derive(Clone, Debug)]
@@ -33,6 +38,23 @@ pub struct BakeRecipe<'a> {
     pub quality: Quality,
     /// Rings of the table, if the caller wants them fixed; else as many as `quality.tolerance` needs.
     pub rings: Option<usize>,
+}
+
+/// What helps with a long bake.
+#[derive(Clone, Copy)]
+pub struct BakeAids<'a> {
+    /// Told what the next table will take, before it is begun. Not told where the clock stands still.
+    pub forecast: &'a dyn Fn(&BakeForecast),
+    /// A file in which the blocks of tables are kept while they are made, and found by the next bake of the same: see [`KeptBlocks`]. The caller
+    /// removes it once the table is stored.
+    pub kept: Option<&'a Path>,
+}
+
+impl BakeAids<'static> {
+    /// None.
+    pub fn none() -> Self {
+        Self { forecast: &|_| {}, kept: None }
+    }
 }
 
 /// Rings of the first table that is tried.
@@ -53,10 +75,8 @@ const GUIDE_PROBES: usize = 2000;
 const SYMMETRIC: f64 = 1e-4;
 /// Pairs of one call: its values and what the sums need stay far below the table's own size.
 const BLOCK: usize = 500_000;
-/// Share of the squared tolerance that the facets may use.
-const FACET_SHARE: f64 = 0.5;
-/// A finer table is made a little finer than the law `1 / rings²` says.
-const MARGIN: f64 = 1.05;
+/// Shares of the progress that the probes and the first table make, until it is known what the last one will cost. Chosen, not measured.
+const PROBES_PROGRESS: f64 = 0.05;
 
 /// Values of pairs, from any source: pairs, how to compute them, and the share of the whole work that this call is.
 pub type ValuesOfPairs<'a> = dyn FnMut(&[Pair], &Quality, Range<f64>) -> Result<Effective> + 'a;
@@ -88,35 +108,56 @@ pub type ValuesOfPairs<'a> = dyn FnMut(&[Pair], &Quality, Range<f64>) -> Result<
 /// # Ok::<(), biscale::Error>(())
 /// ```
 pub fn bake(surface: &SmallScale, recipe: &BakeRecipe<'_>, control: &Control<'_>) -> Result<EffectiveTable> {
-    let mut table = build(recipe, GuideLobes::of(surface).as_ref(), &mut |pairs, quality, share| {
-        let progress = |stage: &str, done: f64| (control.progress)(stage, share.start + done.clamp(0.0, 1.0) * (share.end - share.start));
-        effective(surface, pairs, quality, &Control { progress: &progress, ..*control })
+    bake_with(surface, recipe, &BakeAids::none(), control)
+}
+
+/// [`bake`], with what helps if it takes long.
+///
+/// # Errors
+/// As [`bake`], and those of the file of kept blocks.
+pub fn bake_with(surface: &SmallScale, recipe: &BakeRecipe<'_>, aids: &BakeAids<'_>, control: &Control<'_>) -> Result<EffectiveTable> {
+    let mut table = build(recipe, GuideLobes::of(surface).as_ref(), aids, &mut |pairs, quality, share| {
+        control.part(share, |control| effective(surface, pairs, quality, control))
     })?;
     table.about.notes.splice(..0, surface.tile.notes.iter().cloned());
     Ok(table)
 }
 
 /// The table whose values come from `values`; `lobes` are what a guide is made of.
-pub fn build(recipe: &BakeRecipe<'_>, lobes: Option<&GuideLobes<'_>>, values: &mut ValuesOfPairs<'_>) -> Result<EffectiveTable> {
+pub fn build(
+    recipe: &BakeRecipe<'_>,
+    lobes: Option<&GuideLobes<'_>>,
+    aids: &BakeAids<'_>,
+    values: &mut ValuesOfPairs<'_>,
+) -> Result<EffectiveTable> {
     let BakeRecipe { quality, rings: fixed, .. } = recipe;
     check_rings(*fixed, max_rings(true))?;
     if quality.budget.is_some() {
         let remedy = "set the time by `tolerance` or `resolution`".into();
         return Err(Error::Unsupported { what: "a budget of time for a whole table".into(), remedy });
     }
-    let probes = Probes::compute(quality, values)?;
+    let mut done = RisingShare::default();
+    let probes = Probes::compute(quality, 0.0..done.step(PROBES_PROGRESS, 1.0, false).1, values)?;
     check_rings(*fixed, max_rings(probes.reciprocal))?;
     let facets = probes.summary.relative_rms;
-    // Where the facets alone miss the tolerance, a bias of half their error adds no more than an eighth to it.
-    let wanted = (quality.tolerance * quality.tolerance - facets * facets).max(facets * facets / 4.0).sqrt();
+    let wanted = Refinement::wanted(quality.tolerance, facets);
     let guide = lobes.map(|l| l.guide(probes.mean_s(), &probes.directions(GUIDE_PROBES)));
-    let values_quality = Quality { plan: probes.summary.plan.clone(), ..facet_quality(quality) };
+    let limit = max_rings(probes.reciprocal);
+    let mut tables = Tables {
+        reciprocal: probes.reciprocal,
+        quality: Quality { plan: probes.summary.plan.clone(), ..facet_quality(quality) },
+        kept: aids.kept.map(|path| KeptBlocks::open(path, probes.fingerprint(recipe))).transpose()?,
+        costs: Costs::default(),
+        values,
+    };
+    tables.costs.add(&probes.summary, probes.pairs.len());
     let mut rings = fixed.unwrap_or(FIRST_RINGS);
-    let mut done = 0.1;
+    // What is left after the first table is known only once it is made.
+    let mut left = PROBES_PROGRESS.recip();
     loop {
-        let share = done..(if fixed.is_some() { 1.0 } else { 0.5 * (1.0 + done) });
-        done = share.end;
-        let mut table = fill(rings, probes.reciprocal, &values_quality, share, values)?;
+        let is_last = rings == limit || fixed.is_some();
+        let (from, to) = done.step(1.0, if is_last { 1.0 } else { left }, is_last);
+        let mut table = tables.fill(rings, from..to)?;
         let plain = probes.error_of(&table);
         table.guide.clone_from(&guide);
         let mut interpolation = if guide.is_some() { probes.error_of(&table) } else { plain };
@@ -124,14 +165,19 @@ pub fn build(recipe: &BakeRecipe<'_>, lobes: Option<&GuideLobes<'_>>, values: &m
             table.guide = None;
             interpolation = plain;
         }
-        let limit = max_rings(probes.reciprocal);
-        if interpolation <= wanted || rings >= limit || fixed.is_some() {
+        if interpolation <= wanted || is_last {
             let error = TableError { relative_rms: facets.hypot(interpolation), facets, interpolation, probes: probes.pairs.len() };
             table.about = about(recipe, &probes, &table, error)?;
             return Ok(table);
         }
-        let finer = truncate_usize((MARGIN * rings as f64 * (interpolation / wanted).sqrt()).ceil().min(limit as f64));
-        rings = finer.clamp(rings + 1, limit);
+        let refinement = Refinement { rings, reciprocal: probes.reciprocal, tolerance: quality.tolerance, facets, interpolation };
+        rings = refinement.rings_for(wanted);
+        left = 1.0;
+        let blocks = |rings: usize| blocks(node_count(rings), probes.reciprocal);
+        let forecast = refinement.forecast(rings, &tables.costs, &blocks);
+        if forecast.seconds > 0.0 {
+            (aids.forecast)(&forecast);
+        }
     }
 }
 
@@ -167,7 +213,7 @@ fn about(recipe: &BakeRecipe<'_>, probes: &Probes, table: &EffectiveTable, error
             format!("{} rings of directions, as asked for, are too coarse for its lobes", table.grid.rings())
         };
         let (error, tolerance) = (error.relative_rms, recipe.quality.tolerance);
-        notes.push(format!("the table's relative RMS error is {error:.2e}, over the tolerance {tolerance:.2e}: {reason}"));
+        notes.push(format!("the table's relative RMS error is {}, over the tolerance of {}: {reason}", percent(error), percent(tolerance)));
     }
     if !table.reciprocal {
         notes.push("the surface is not reciprocal: both S(wi,wo) and S(wo,wi) are stored".to_owned());
@@ -187,34 +233,70 @@ fn about(recipe: &BakeRecipe<'_>, probes: &Probes, table: &EffectiveTable, error
     })
 }
 
-/// All values of a table of `rings` rings.
-fn fill(rings: usize, reciprocal: bool, quality: &Quality, share: Range<f64>, values: &mut ValuesOfPairs<'_>) -> Result<EffectiveTable> {
-    let grid = HemisphereGrid::new(rings);
-    let count = node_count(rings);
-    let total = value_count(rings, reciprocal);
-    let mut planes: [Vec<f32>; 6] = std::array::from_fn(|_| vec![0.0; total]);
-    let mut av = vec![0.0_f32; count];
-    let mut done = 0;
-    for (to_light, to_view) in blocks(count, reciprocal) {
-        let places = |o: usize| to_light.clone().filter(move |&i| !reciprocal || i <= o).map(move |i| (i, o));
-        let places: Vec<(usize, usize)> = to_view.clone().flat_map(places).collect();
-        let pairs: Vec<Pair> = places.iter().map(|&(i, o)| Pair { wi: grid.nodes()[i], wo: grid.nodes()[o] }).collect();
-        let at = |n: usize| share.start + (share.end - share.start) * n as f64 / total as f64;
-        let result = values(&pairs, quality, at(done)..at(done + pairs.len()))?;
-        done += pairs.len();
-        for (&(i, o), value) in places.iter().zip(&result.values) {
-            let index = value_index(count, reciprocal, i, o);
-            for c in 0..3 {
-                planes[c][index] = narrow(value.s[c]);
-                planes[c + 3][index] = narrow(value.s_se[c]);
+/// What makes tables, and keeps the blocks that are made.
+struct Tables<'a, 'v> {
+    reciprocal: bool,
+    quality: Quality,
+    kept: Option<KeptBlocks>,
+    /// What the blocks of the last table cost, or the probes before the first.
+    costs: Costs,
+    values: &'a mut ValuesOfPairs<'v>,
+}
+
+impl Tables<'_, '_> {
+    /// All values of a table of `rings` rings.
+    fn fill(&mut self, rings: usize, share: Range<f64>) -> Result<EffectiveTable> {
+        let reciprocal = self.reciprocal;
+        let grid = HemisphereGrid::new(rings);
+        let count = node_count(rings);
+        let total = value_count(rings, reciprocal);
+        let mut planes: [Vec<f32>; 6] = std::array::from_fn(|_| vec![0.0; total]);
+        let mut av = vec![0.0_f32; count];
+        let mut done = 0;
+        let before = std::mem::take(&mut self.costs);
+        for (number, (to_light, to_view)) in blocks(count, reciprocal).into_iter().enumerate() {
+            let places = |o: usize| to_light.clone().filter(move |&i| !reciprocal || i <= o).map(move |i| (i, o));
+            let places: Vec<(usize, usize)> = to_view.clone().flat_map(places).collect();
+            let at = |n: usize| share.start + (share.end - share.start) * n as f64 / total as f64;
+            let block = self.block(&grid, [rings, number], &places, at(done)..at(done + places.len()))?;
+            done += places.len();
+            for (&(i, o), (s, of_viewer)) in places.iter().zip(block.values()) {
+                let index = value_index(count, reciprocal, i, o);
+                for c in 0..6 {
+                    planes[c][index] = s[c];
+                }
+                av[o] = of_viewer;
             }
-            av[o] = narrow(value.av);
         }
+        if !self.costs.is_known() {
+            // All blocks were kept.
+            self.costs = before;
+        }
+        if planes.iter().chain([&av]).flatten().any(|v| !v.is_finite() || *v < 0.0) {
+            return Err(Error::Numeric("a value of the table is negative or not finite".to_owned()));
+        }
+        Ok(EffectiveTable { grid, reciprocal, planes, av, guide: None, about: TableOrigin::default() })
     }
-    if planes.iter().chain([&av]).flatten().any(|v| !v.is_finite() || *v < 0.0) {
-        return Err(Error::Numeric("a value of the table is negative or not finite".to_owned()));
+
+    /// The values of one block, `[rings, number]`, from the file of kept ones if they are there.
+    fn block(&mut self, grid: &HemisphereGrid, name: [usize; 2], places: &[(usize, usize)], share: Range<f64>) -> Result<BlockValues> {
+        if let Some(kept) = &mut self.kept
+            && let Some(block) = kept.find(name, places.len())?
+        {
+            return Ok(block);
+        }
+        let pairs: Vec<Pair> = places.iter().map(|&(i, o)| Pair { wi: grid.nodes()[i], wo: grid.nodes()[o] }).collect();
+        let result = (self.values)(&pairs, &self.quality, share)?;
+        self.costs.add(&result.summary, pairs.len());
+        let mut block = BlockValues::default();
+        for Value { s, s_se, av, .. } in &result.values {
+            block.push([s[0], s[1], s[2], s_se[0], s_se[1], s_se[2]].map(narrow), narrow(*av));
+        }
+        if let Some(kept) = &mut self.kept {
+            kept.keep(name, &block)?;
+        }
+        Ok(block)
     }
-    Ok(EffectiveTable { grid, reciprocal, planes, av, guide: None, about: TableOrigin::default() })
 }
 
 /// The pairs of `count` nodes as rectangles of at most [`BLOCK`] (light, viewer); of a reciprocal table those with
@@ -235,7 +317,7 @@ struct Probes {
 }
 
 impl Probes {
-    fn compute(quality: &Quality, values: &mut ValuesOfPairs<'_>) -> Result<Self> {
+    fn compute(quality: &Quality, share: Range<f64>, values: &mut ValuesOfPairs<'_>) -> Result<Self> {
         let mut stream = Random::from_state(mix(quality.seed));
         let mut random = || stream.unit();
         let [rows, columns] = PROBE_STRATA;
@@ -255,7 +337,7 @@ impl Probes {
         for pair in &mut pairs[count..] {
             std::mem::swap(&mut pair.wi, &mut pair.wo);
         }
-        let Effective { mut values, summary } = values(&pairs, &facet_quality(quality), 0.0..0.1)?;
+        let Effective { mut values, summary } = values(&pairs, &facet_quality(quality), share)?;
         let (mut difference, mut sum) = (0.0, 0.0);
         for (there, back) in values[..REVERSED].iter().zip(&values[count..]) {
             for c in 0..3 {
@@ -266,6 +348,18 @@ impl Probes {
         pairs.truncate(count);
         values.truncate(count);
         Ok(Self { pairs, values, reciprocal: difference <= SYMMETRIC * SYMMETRIC * sum, summary })
+    }
+
+    /// What tells a bake from any other: the values of all probes, which the surface and every option of it go into, and the program's version.
+    fn fingerprint(&self, recipe: &BakeRecipe<'_>) -> u64 {
+        let mut hash = Fnv1a::default();
+        hash.add(concat!("biscale ", env!("CARGO_PKG_VERSION")).as_bytes());
+        hash.add(self.summary.plan_text().as_bytes());
+        hash.add(&recipe.quality.seed.to_le_bytes());
+        for value in &self.values {
+            value.s.iter().chain(&value.s_se).chain([&value.av]).for_each(|v| hash.add(&v.to_le_bytes()));
+        }
+        hash.value()
     }
 
     /// About `count` of the pairs, from all over.
@@ -298,3 +392,7 @@ fn projected_uniform(u: f64, v: f64) -> DVec3 {
     let radius = u.sqrt();
     DVec3::new(radius * cos, radius * sin, (1.0 - u).sqrt())
 }
+
+#[cfg(test)]
+#[path = "bake_tests.rs"]
+mod tests;

@@ -1,6 +1,6 @@
 //! Tables of surfaces whose `S` is known in closed form: between the nodes they must be right within a stated error.
 
-use super::super::bake::{BakeRecipe, ValuesOfPairs, build};
+use super::super::bake::{BakeAids, BakeRecipe, ValuesOfPairs, build};
 use super::super::guide::GuideLobes;
 use super::*;
 use crate::brdf::{Brdf, Distribution};
@@ -96,7 +96,7 @@ impl Groove {
 
     pub fn table(&self, rings: usize) -> EffectiveTable {
         let recipe = BakeRecipe { rings: Some(rings), ..recipe() };
-        build(&recipe, GuideLobes::of(&self.surface()).as_ref(), &mut self.values(0.0)).unwrap()
+        build(&recipe, GuideLobes::of(&self.surface()).as_ref(), &BakeAids::none(), &mut self.values(0.0)).unwrap()
     }
 }
 
@@ -188,7 +188,7 @@ fn the_resolution_follows_the_tolerance_and_keeps_it() {
     for tolerance in [0.05, 0.01, 0.004] {
         let groove = Groove::new(35.0, lambert(0.7));
         let recipe = BakeRecipe { quality: Quality { tolerance, ..Quality::default() }, ..recipe() };
-        let table = build(&recipe, None, &mut groove.values(0.25 * tolerance)).unwrap();
+        let table = build(&recipe, None, &BakeAids::none(), &mut groove.values(0.25 * tolerance)).unwrap();
         let about = &table.about.error;
         assert!(about.relative_rms <= tolerance && about.facets == 0.25 * tolerance && about.probes == 10_000, "{about:?}");
         // The estimate must hold at other pairs: to a factor, since a hundredth of the pairs, viewed along the groove near
@@ -203,9 +203,9 @@ fn the_resolution_follows_the_tolerance_and_keeps_it() {
 #[test]
 fn a_table_that_misses_the_tolerance_says_why() {
     let groove = Groove::new(35.0, lambert(0.7));
-    let coarse = build(&BakeRecipe { rings: Some(4), ..recipe() }, None, &mut groove.values(0.001)).unwrap();
+    let coarse = build(&BakeRecipe { rings: Some(4), ..recipe() }, None, &BakeAids::none(), &mut groove.values(0.001)).unwrap();
     assert!(coarse.about.notes.iter().any(|n| n.contains("too coarse")), "{:?}", coarse.about.notes);
-    let noisy = build(&recipe(), None, &mut groove.values(0.03)).unwrap();
+    let noisy = build(&recipe(), None, &BakeAids::none(), &mut groove.values(0.03)).unwrap();
     assert!(noisy.about.notes.iter().any(|n| n.contains("values themselves")), "{:?}", noisy.about.notes);
     assert!(noisy.about.error.relative_rms < 0.034, "{:?}", noisy.about.error);
 }
@@ -310,13 +310,13 @@ fn a_black_surface_has_an_absolute_error_of_0() {
 fn what_cannot_be_baked_is_refused_before_any_work() {
     let never: &mut ValuesOfPairs<'_> = &mut |_, _, _| panic!("no value should be asked for");
     for rings in [0, 3, 37, usize::MAX] {
-        let text = build(&BakeRecipe { rings: Some(rings), ..recipe() }, None, never).unwrap_err().to_string();
+        let text = build(&BakeRecipe { rings: Some(rings), ..recipe() }, None, &BakeAids::none(), never).unwrap_err().to_string();
         assert!(text.contains("resolution") && text.contains("4 to 36"), "{text}");
     }
     let quality = Quality { budget: Some(1.0), ..Quality::default() };
-    assert!(matches!(build(&BakeRecipe { quality, ..recipe() }, None, never), Err(Error::Unsupported { .. })));
+    assert!(matches!(build(&BakeRecipe { quality, ..recipe() }, None, &BakeAids::none(), never), Err(Error::Unsupported { .. })));
     let stopped: &mut ValuesOfPairs<'_> = &mut |_, _, _| Err(Error::Interrupted);
-    assert!(matches!(build(&recipe(), None, stopped), Err(Error::Interrupted)));
+    assert!(matches!(build(&recipe(), None, &BakeAids::none(), stopped), Err(Error::Interrupted)));
 }
 
 #[test]
@@ -332,7 +332,7 @@ fn a_value_that_is_not_finite_never_gets_into_a_table() {
         }
         Ok(result)
     };
-    assert!(matches!(build(&recipe(), None, values), Err(Error::Numeric(_))));
+    assert!(matches!(build(&recipe(), None, &BakeAids::none(), values), Err(Error::Numeric(_))));
 }
 
 #[test]

@@ -4,7 +4,7 @@ use super::super::effective_table::tests::{Groove, lambert, recipe};
 use super::*;
 use crate::brdf::{Brdf, Distribution};
 use crate::error::Error;
-use crate::table::{BakeRecipe, GuideLobes, build};
+use crate::table::{BakeAids, BakeRecipe, GuideLobes, build};
 use exr::prelude::{AttributeValue, Text, WritableImage};
 use std::io::Cursor;
 use std::path::Path;
@@ -51,7 +51,7 @@ fn texts_in_any_language_and_control_characters_come_back() {
     let groove = Groove::new(20.0, lambert(0.5));
     let material = "# Größe 10 µm, 😀\nname = \"溝\"\n\"\\ \u{1}\t";
     let recipe = BakeRecipe { name: "溝 \"ü\"", material, rings: Some(4), ..recipe() };
-    let table = build(&recipe, GuideLobes::of(&groove.surface()).as_ref(), &mut groove.values(0.0)).unwrap();
+    let table = build(&recipe, GuideLobes::of(&groove.surface()).as_ref(), &BakeAids::none(), &mut groove.values(0.0)).unwrap();
     let back = read(&bytes(&table)).unwrap();
     assert_eq!((back.about.material.as_str(), back.about.name.as_str()), (material, "溝 \"ü\""));
 }

@@ -8,16 +8,20 @@
 //! ```
 //!
 //! All weights and `G` are not negative, so neither is `S`; it is exactly symmetric where the table is. `bake` makes
-//! tables, `file` stores them.
+//! tables, `file` stores them, `forecast` says what one will cost, and `kept_blocks` keeps what an interrupted bake has made.
 
 mod bake;
 mod effective_table;
 mod file;
+mod forecast;
 mod grid;
 mod guide;
+mod kept_blocks;
 
-pub use bake::{BakeRecipe, FIRST_RINGS, MIN_RINGS, ValuesOfPairs, bake, build};
+pub use bake::{BakeAids, BakeRecipe, FIRST_RINGS, MIN_RINGS, ValuesOfPairs, bake, bake_with, build};
 pub use effective_table::{EffectiveTable, MAX_VALUES, TableError, TableOrigin, max_rings, value_count};
 pub use file::{FORMAT, VERSION, is_effective_brdf, is_openexr};
+pub use forecast::BakeForecast;
 pub use grid::{GridWeights, HemisphereGrid, lattice_weights, node_count, nodes};
 pub use guide::{Guide, GuideLobes, MAX_GUIDE_RINGS};
+pub use kept_blocks::KeptBlocks;

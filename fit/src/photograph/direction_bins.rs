@@ -10,7 +10,7 @@ use biscale::direction::Pair;
 use biscale::error::{BadInput, Result};
 use biscale::material::{Material, SmallScale};
 use biscale::numerics::cast::truncate_i32;
-use biscale::render::{Camera, Footprint, Light, Scene, SceneMaterial, SurfacePoint, World};
+use biscale::render::{Camera, Exposure, Footprint, Light, Scene, SceneMaterial, SurfacePoint, World};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -125,6 +125,7 @@ pub fn scene_of(photograph: &Photograph, material: &Material, small: &SmallScale
         name: "photograph".to_owned(),
         camera,
         lights: vec![photograph.light],
+        exposure: Exposure::default(),
         environment: None,
         background: [0.0; 3],
         objects: vec![object],

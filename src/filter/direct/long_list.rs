@@ -6,7 +6,7 @@ use super::run::{BlockCost, DirectRun, Outcome};
 use crate::direction::Pair;
 use crate::error::Result;
 use crate::facets::{REPLICATES, Runs};
-use crate::filter::control::Control;
+use crate::filter::control::{Control, RisingShare};
 use crate::filter::facet_sampler::BATCH;
 use crate::filter::plan::DirectPlan;
 use crate::filter::prepared::Prepared;
@@ -27,17 +27,25 @@ pub(super) fn whole(run: &mut DirectRun<'_, '_>, pairs: &[Pair], query: Query, p
             samples /= 2;
         }
     }
+    let seeing = share_of_visibility(run, &query);
+    let whole = run.share.end..1.0;
+    let mut done = RisingShare::default();
     let mut query = Some(query);
     loop {
         let round_began = spent();
-        let prepared = Prepared::new(&run.sampler, pairs, query.take().expect("put back below"), samples)?;
+        let last = quality.plan.is_some() || 2 * samples > most;
+        // The samples that the part found are expected to do: only the share that is kept for surprises is left after this round.
+        let (from, to) = done.step(1.0, 1.0, last);
+        let [from, to] = [from, to].map(|share| whole.start + share * (whole.end - whole.start));
+        let seen = from + seeing * (to - from);
+        let found = query.take().expect("put back below");
+        let prepared = control.part(from..seen, |control| Prepared::new(&run.sampler, pairs, found, samples, control))?;
         let [facets, visibility] = prepared.seconds();
         run.seconds[1] += facets;
         run.seconds[2] += visibility;
         let hidden = prepared.undersampled(&run.sampler.surface);
         let undersampled = hidden.len();
         let must_see_more = run.wants_more_to_see(undersampled, samples, pairs.len());
-        let last = quality.plan.is_some() || 2 * samples > most;
         if must_see_more && !last && quality.budget.is_none() {
             // What does not see enough need not be summed.
             samples = enough_to_see(run, &hidden, 2 * samples, most, pairs.len())?;
@@ -45,7 +53,7 @@ pub(super) fn whole(run: &mut DirectRun<'_, '_>, pairs: &[Pair], query: Query, p
             continue;
         }
         let summing = spent();
-        let (values, relative_rms) = prepared.evaluate(&run.small.surfaces, &control)?;
+        let (values, relative_rms) = control.part(seen..to, |control| prepared.evaluate(&run.small.surfaces, control))?;
         run.seconds[3] += spent() - summing;
         let met = keeps(relative_rms, quality.tolerance) && !must_see_more;
         let affordable = quality.budget.is_none_or(|b| spent() + 2.0 * (spent() - round_began) <= PARAMS.planned * b);
@@ -75,6 +83,16 @@ fn seconds_a_sample(run: &DirectRun<'_, '_>, query: &Query) -> f64 {
     let directions = query.directions.len() as f64 / run.query.directions.len().max(1) as f64;
     let longer = query.pairs.len() as f64 / run.query.pairs.len().max(1) as f64;
     (facets + visibility * directions + sums * longer) / f64::from(tried)
+}
+
+/// Share of the time of a round that visibility takes on a list with this query, from what it took on the part that `run` is of; half where nothing is
+/// known.
+fn share_of_visibility(run: &DirectRun<'_, '_>, query: &Query) -> f64 {
+    let BlockCost { seconds: [facets, visibility, sums], .. } = run.last_block;
+    let directions = query.directions.len() as f64 / run.query.directions.len().max(1) as f64;
+    let seeing = facets + visibility * directions;
+    let all = seeing + sums * query.pairs.len() as f64 / run.query.pairs.len().max(1) as f64;
+    if all > 0.0 { seeing / all } else { 0.5 }
 }
 
 /// `samples`, or so many times two as these few `directions` need for [`DirectRun::wants_more_to_see`] to end, up to `most`.

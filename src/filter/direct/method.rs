@@ -17,6 +17,7 @@ use crate::filter::tolerance::keeps;
 use crate::filter::value::{Effective, Summary};
 use crate::material::SmallScale;
 use crate::numerics::seed;
+use crate::numerics::words::percent;
 use crate::visibility::MAX_PERIODS;
 
 /// Effective values by the direct method.
@@ -43,7 +44,7 @@ pub(in crate::filter) fn direct_from(
 /// Those of [`effective`](crate::filter::effective()).
 pub fn prepare<'a>(small: &SmallScale, pairs: &'a [Pair], quality: &Quality, control: &Control<'_>) -> Result<(Prepared<'a>, Effective)> {
     let DirectResult { effective, sampler, samples, .. } = traced(small, pairs, quality, control, StartHint::UNKNOWN)?;
-    Ok((Prepared::new(&sampler, pairs, Query::new(pairs, small.is_reciprocal()), samples)?, effective))
+    Ok((Prepared::new(&sampler, pairs, Query::new(pairs, small.is_reciprocal()), samples, control)?, effective))
 }
 
 /// Values, and what finds facets and their visibility as it did for them.
@@ -81,6 +82,12 @@ fn traced<'a>(
     run.seconds[0] = spent();
 
     let asked = Asked { quality, spent: &spent };
+    if in_part && plan.is_none() {
+        run.share = 0.0..PARAMS.part_progress;
+    } else if long {
+        // The pilot run of a plan is nothing beside the list.
+        run.share = 0.0..0.0;
+    }
     let found = match plan {
         Some(plan) => {
             weight_by_pilot(&mut run, plan)?;
@@ -101,14 +108,14 @@ fn traced<'a>(
         }
     };
     outcome.plan.narrowed = narrowed;
-    let mut notes = notes(&outcome, pairs, quality, spent());
-    notes.extend(outcome.add_bias(bias));
-    notes.extend(outcome.add_given_up(run.sampler.given_up(), directions));
-    Ok(result(run, outcome, directions, notes))
+    let notes = notes(&outcome, pairs, quality, spent());
+    let mut details: Vec<String> = outcome.add_bias(bias).into_iter().collect();
+    details.extend(outcome.add_given_up(run.sampler.given_up(), directions));
+    Ok(result(run, outcome, directions, [notes, details]))
 }
 
 /// The values and their summary.
-fn result<'a>(run: DirectRun<'a, '_>, outcome: Outcome, directions: usize, notes: Vec<String>) -> DirectResult<'a> {
+fn result<'a>(run: DirectRun<'a, '_>, outcome: Outcome, directions: usize, [notes, details]: [Vec<String>; 2]) -> DirectResult<'a> {
     let Outcome { values, relative_rms, plan, undersampled, .. } = outcome;
     let facets = plan.samples() as usize;
     let summary = Summary {
@@ -121,6 +128,7 @@ fn result<'a>(run: DirectRun<'a, '_>, outcome: Outcome, directions: usize, notes
         relative_rms,
         low_rank: Vec::new(),
         notes,
+        details,
     };
     DirectResult { effective: Effective { values, summary }, sampler: run.sampler, samples: plan.samples(), undersampled }
 }
@@ -130,7 +138,7 @@ impl Outcome {
     fn add_bias(&mut self, bias: f64) -> Option<String> {
         if bias > 0.0 {
             self.add_relative_error(bias);
-            Some(format!("clusters of unequal normals err by {bias:.1e}, relative RMS; the errors include it"))
+            Some(format!("clusters of unequal normals err by {}, which the errors include", percent(bias)))
         } else {
             None
         }
@@ -145,7 +153,10 @@ impl Outcome {
         }
         let share = rays as f64 / (f64::from(self.plan.samples()) * directions as f64);
         self.add_relative_error(share);
-        Some(format!("{rays} rays ({share:.2e} of all) passed {MAX_PERIODS} periods without an answer and count as free"))
+        Some(format!(
+            "{rays} rays ({} of all) passed {MAX_PERIODS} periods without an answer and count as free; the errors include them",
+            percent(share)
+        ))
     }
 
     /// Adds an error that is the same share of every value.
@@ -169,7 +180,7 @@ fn notes(outcome: &Outcome, pairs: &[Pair], quality: &Quality, spent: f64) -> Ve
         } else {
             "more samples would not fit the memory that this method allows itself"
         };
-        notes.push(format!("the tolerance of {} is not met: {why}", quality.tolerance));
+        notes.push(format!("the tolerance of {} is not met: {why}", percent(quality.tolerance)));
     }
     let fewest = outcome.plan.samples() == PARAMS.min_budget_samples;
     if let Some(budget) = quality.budget.filter(|b| fewest && spent > PARAMS.overdrawn * b) {
@@ -205,7 +216,7 @@ mod tests {
         assert_eq!((outcome.values[0], outcome.relative_rms), (value, 0.003));
         // 50 of 1,000 samples in 5 directions: 1 %.
         let note = outcome.add_given_up(50, 5).unwrap();
-        assert!(note.starts_with("50 rays (1.00e-2 of all)"), "{note}");
+        assert!(note.starts_with("50 rays (1.0 % of all)"), "{note}");
         assert!((outcome.relative_rms - 0.003_f64.hypot(0.01)).abs() < 1e-15);
         assert!(
             (outcome.values[0].se[1] - 0.003_f64.hypot(0.004)).abs() < 1e-15

@@ -38,6 +38,8 @@ pub(super) struct DirectParams {
     /// A part has one in so many of the pairs of its list: what costs less than rounds on the whole list, and still tells its error
     /// (`biscale study`; it was one in 16 before).
     pub part_one_in: usize,
+    /// Share of the progress that rounds on a part make: some rounds of one in 24 pairs. Chosen, not measured.
+    pub part_progress: f64,
     /// Fewest pairs of a part. Chosen, not measured.
     pub part_least: usize,
     /// Most pairs of a part. Chosen, not measured.
@@ -83,6 +85,7 @@ pub(super) const PARAMS: DirectParams = DirectParams {
     part_pairs: 1024,
     part_directions: 512,
     part_one_in: 24,
+    part_progress: 0.15,
     part_least: 64,
     part_most: 1 << 13,
     most_clusters: 64,

@@ -156,6 +156,7 @@ pub(super) fn weight_by_pilot(run: &mut DirectRun<'_, '_>, plan: DirectPlan) -> 
 
 /// Sums the samples of a plan, in the blocks in which they were found: the same bits.
 pub(super) fn repeat_rounds(run: &mut DirectRun<'_, '_>, plan: DirectPlan) -> Result<Outcome> {
+    run.target = plan.samples();
     let (mut total, _) = run.block(0, plan.start)?;
     for _ in 0..plan.doublings {
         total = total.merge(&run.block(total.samples, total.samples)?.0);

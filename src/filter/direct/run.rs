@@ -4,7 +4,7 @@ use super::params::PARAMS;
 use crate::direction::Pair;
 use crate::error::Result;
 use crate::facets::{ALIGNMENT, REPLICATES, Runs};
-use crate::filter::control::Control;
+use crate::filter::control::{Control, RisingShare};
 use crate::filter::estimate::{self, CompleteSums, Spread};
 use crate::filter::facet_sampler::{BATCH, Batch, FacetSampler};
 use crate::filter::importance::{self, PilotValue};
@@ -57,6 +57,9 @@ pub(super) struct DirectRun<'a, 'p> {
     pub last_block: BlockCost,
     /// Samples that will probably be needed: for the progress that is reported.
     pub target: u32,
+    /// Progress of the list at hand, and the share of the whole work that is its own.
+    pub done: RisingShare,
+    pub share: Range<f64>,
     pub start: StartHint,
 }
 
@@ -81,13 +84,31 @@ impl<'a, 'p> DirectRun<'a, 'p> {
         control: &Control<'a>,
         start: StartHint,
     ) -> Self {
-        let (tasks, last_block) = (query.tasks(), BlockCost { samples: 1, seconds: [0.0; 3] });
-        Self { small, sampler, pairs, query, tasks, control: *control, seconds: [0.0; 4], last_block, target: 0, start }
+        Self {
+            small,
+            sampler,
+            pairs,
+            tasks: query.tasks(),
+            query,
+            control: *control,
+            seconds: [0.0; 4],
+            last_block: BlockCost { samples: 1, seconds: [0.0; 3] },
+            target: if start.expected > 1 { start.expected } else { PARAMS.pilot_samples },
+            done: RisingShare::default(),
+            share: 0.0..1.0,
+            start,
+        }
     }
 
-    /// Goes on with another list.
+    /// Goes on with another list, which is the rest of the work.
     pub fn set_list(&mut self, pairs: &'p [Pair], query: Query) {
         (self.pairs, self.tasks, self.query) = (pairs, query.tasks(), query);
+        (self.done, self.share) = (RisingShare::default(), self.share.end..1.0);
+    }
+
+    /// Tells that this share of the list at hand is done.
+    pub fn report(&self, stage: &str, done: f64) {
+        (self.control.progress)(stage, self.share.start + done * (self.share.end - self.share.start));
     }
 
     /// Samples of the pilot run.
@@ -128,6 +149,8 @@ impl<'a, 'p> DirectRun<'a, 'p> {
         let parts = length.div_ceil(BATCH);
         let mut last = None;
         self.last_block = BlockCost { samples: length, seconds: [0.0; 3] };
+        let last_round = self.target == start + length;
+        let (from, to) = self.done.step(f64::from(length), f64::from(self.target.saturating_sub(start)), last_round);
         for part in 0..parts {
             let batch = self.sampler.batch(Runs::of_block(start, length, part, parts), &self.query.directions)?;
             let began = (self.control.clock)();
@@ -139,8 +162,7 @@ impl<'a, 'p> DirectRun<'a, 'p> {
                 self.last_block.seconds[k] += seconds;
             }
             last = Some(batch);
-            let done = f64::from(start) + f64::from(length) * f64::from(part + 1) / f64::from(parts);
-            (self.control.progress)("samples", done / f64::from(self.target.max(start + length)));
+            self.report("samples", from + (to - from) * f64::from(part + 1) / f64::from(parts));
         }
         Ok((total, last.filter(|_| parts == 1)))
     }

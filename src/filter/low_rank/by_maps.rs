@@ -19,6 +19,8 @@ use std::ops::Range;
 
 /// Seed of the random vectors for `M`: always the same, so that a stored one can be used (section 3.7).
 const SEED_OF_M: u64 = 1;
+/// Share of the progress of a surface that `M` makes where no cache has it; the sums make the rest. Chosen, not measured.
+const MATRIX_M_PROGRESS: f64 = 0.9;
 /// Entries of the table computed between two looks at whether the caller wants to stop.
 const ENTRIES_PER_CHECK: usize = 1 << 14;
 
@@ -61,10 +63,15 @@ pub(super) fn by_maps(
     let mut fbar = vec![[0.0; 3]; query.pairs.len()];
     let mut facts = Vec::new();
     let mut bins = 0;
-    for surface in 0..run.small.surfaces.len() {
+    let whole = run.share.clone();
+    let surfaces = run.small.surfaces.len();
+    for surface in 0..surfaces {
+        let at = |done: f64| whole.start + (whole.end - whole.start) * (surface as f64 + done) / surfaces as f64;
+        run.share = at(0.0)..at(MATRIX_M_PROGRESS);
         let m = precomputed(run, surface, &settings)?;
         let began = run.now();
-        run.notes.extend(insufficient(surface, &m, &settings));
+        run.share = at(MATRIX_M_PROGRESS)..at(1.0);
+        run.details.extend(insufficient(surface, &m, &settings));
         let one = OneSurface::new(run, &coarse, &m, surface, energy_of_n)?;
         interpolate(run, &query, &m.directions, |i, o| one.fbar(i, o), &mut fbar)?;
         bins += one.bins.normals.len();
@@ -97,7 +104,7 @@ fn precomputed(run: &mut LowRankRun<'_>, surface: usize, settings: &Settings) ->
     }
     let stage = format!("matrix M of surface {} of {}", surface + 1, run.small.surfaces.len());
     let matrix = Precomputed::compute(brdf, settings, &|share| {
-        (run.control.progress)(&stage, share);
+        run.report(&stage, share);
         run.control.check()
     })?;
     if let Some(cache) = cache
@@ -109,7 +116,7 @@ fn precomputed(run: &mut LowRankRun<'_>, surface: usize, settings: &Settings) ->
     Ok(matrix)
 }
 
-/// What a user should know of an `M` that is coarser than the paper asks for.
+/// Where an `M` is coarser than the paper asks for.
 fn insufficient(surface: usize, m: &Precomputed, settings: &Settings) -> Vec<String> {
     let mut notes = Vec::new();
     if m.rates.insufficient() {
@@ -227,7 +234,7 @@ fn interpolate(
         for (&k, value) in chunk.iter().zip(found) {
             entries[k] = value;
         }
-        (run.control.progress)("sums", ((done + 1) * ENTRIES_PER_CHECK) as f64 / needed.len().max(ENTRIES_PER_CHECK) as f64);
+        run.report("sums", ((done + 1) * ENTRIES_PER_CHECK) as f64 / needed.len().max(ENTRIES_PER_CHECK) as f64);
     }
     values.par_iter_mut().zip(&query.pairs).for_each(|(value, &pair)| {
         for (cell, share) in of_pair(pair) {

@@ -38,7 +38,8 @@ pub(super) fn by_pairs(run: &mut LowRankRun<'_>, plan: &LowRankPlan, side: usize
                 Some(before) => before.unite(&fact),
                 None => facts.push(fact),
             }
-            (run.control.progress)("sums", ((part + 1) * PAIRS_AT_ONCE) as f64 / query.pairs.len().max(PAIRS_AT_ONCE) as f64);
+            let done = ((part + 1) * PAIRS_AT_ONCE) as f64 / query.pairs.len().max(PAIRS_AT_ONCE) as f64;
+            run.report("sums", (s as f64 + done.min(1.0)) / run.small.surfaces.len() as f64);
         }
         run.took(Stage::Sums, began);
     }

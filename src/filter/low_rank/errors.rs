@@ -7,6 +7,7 @@ use super::by_pairs::by_pairs;
 use super::run::{LowRankRun, RawValues, Stage};
 use crate::direction::Pair;
 use crate::error::Result;
+use crate::filter::control::RisingShare;
 use crate::filter::plan::{LowRankPlan, MAX_NORMALS};
 use crate::filter::probes::{ApproximationErrors, Probes, RawValue};
 use crate::filter::tolerance::SAFETY;
@@ -41,6 +42,11 @@ fn exact(run: &mut LowRankRun<'_>, plan: &LowRankPlan, probes: &Probes) -> Resul
     exact
 }
 
+/// Share of the progress that finding the settings may make. Chosen, not measured.
+const SETTINGS_PROGRESS: f64 = 0.5;
+/// Settings that are expected to be tried. Chosen, not measured.
+const SETTINGS_TRIED: f64 = 3.0;
+
 /// The improved variant's plan for the tolerance: facets until their error on the probes is small enough, then a map of normals until
 /// the bias is.
 pub(super) fn adapt(run: &mut LowRankRun<'_>, probes: &Probes) -> Result<LowRankPlan> {
@@ -49,15 +55,18 @@ pub(super) fn adapt(run: &mut LowRankRun<'_>, probes: &Probes) -> Result<LowRank
         unreachable!("the first plan is improved")
     };
     let (facets, ..) = Probes::facets_within(FACET_SHARE * tolerance, facets, |facets| {
-        (run.control.progress)("settings", 0.5);
         exact(run, &LowRankPlan::Improved { facets, normals, energy }, probes)
     })?;
     let alone = probes.alone();
+    let mut done = RisingShare::default();
     loop {
+        let (from, to) = done.step(1.0, SETTINGS_TRIED, false);
+        run.share = SETTINGS_PROGRESS * from..SETTINGS_PROGRESS * to;
         let plan = LowRankPlan::Improved { facets, normals, energy };
         let raw = raw_values(run, &plan, probes.pairs())?;
         let found = errors(run, &plan, &alone, &raw.pairs)?;
         if SAFETY * found.bias <= BIAS_SHARE * tolerance || normals == MAX_NORMALS {
+            run.share = run.share.end..1.0;
             return Ok(plan);
         }
         normals *= 2;

@@ -14,6 +14,7 @@ use crate::filter::quality::{Method, Quality};
 use crate::filter::tolerance::keeps;
 use crate::filter::value::{Effective, Summary};
 use crate::material::SmallScale;
+use crate::numerics::words::percent;
 use crate::visibility::MAX_PERIODS;
 
 /// Effective values by the low-rank method.
@@ -38,25 +39,25 @@ pub(in crate::filter) fn low_rank(small: &SmallScale, pairs: &[Pair], quality: &
             Variant::Paper => "the published method has fixed settings; `variant improved` or `method direct` look for those that keep it",
             Variant::Improved => "no settings that this method allows itself keep it; `method direct` does",
         };
-        run.notes.push(format!("the tolerance of {} is not met: {why}", quality.tolerance));
+        run.notes.push(format!("the tolerance of {} is not met: {why}", percent(quality.tolerance)));
     }
     Ok(result(run, &plan, pairs, raw, errors))
 }
 
 /// The values and their summary.
 fn result(mut run: LowRankRun<'_>, plan: &LowRankPlan, pairs: &[Pair], raw: RawValues, errors: ApproximationErrors) -> Effective {
-    run.notes.push(format!(
-        "relative RMS of the facets {:.1e}; of bins, cuts{} {:.1e}",
-        errors.facets,
+    run.details.push(format!(
+        "relative RMS error of the facets {}, of bins, cuts{} {}",
+        percent(errors.facets),
         if run.choices.rows == MatrixRows::Maps { " and interpolation" } else { "" },
-        errors.bias
+        percent(errors.bias)
     ));
     let given_up = run.sampler.given_up();
     let mut error = errors.total();
     if given_up > 0 {
         // As in the direct method: their share is an error of every value.
         error = error.hypot(given_up as f64 / (plan.facets() as f64 * raw.directions as f64));
-        run.notes
+        run.details
             .push(format!("{given_up} rays passed {MAX_PERIODS} periods without an answer and count as free; the errors include them"));
     }
     let summary = Summary {
@@ -72,6 +73,7 @@ fn result(mut run: LowRankRun<'_>, plan: &LowRankPlan, pairs: &[Pair], raw: RawV
         relative_rms: error,
         low_rank: raw.facts,
         notes: run.notes,
+        details: run.details,
     };
     Effective { values: values_with_error(pairs, &raw.pairs, error), summary }
 }

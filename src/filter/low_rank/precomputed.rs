@@ -8,6 +8,7 @@ use super::normals::PairRows;
 use super::rates::{self, Rates};
 use crate::brdf::{Brdf, Colour};
 use crate::error::Result;
+use crate::filter::control::RisingShare;
 use crate::filter::plan::MapSides;
 use crate::numerics::cast::narrow;
 use crate::numerics::randomized_svd::{self, Iteration, Params, Rows};
@@ -77,6 +78,9 @@ pub struct Precomputed {
     pub(super) left: Vec<f32>,
 }
 
+/// Work of the first factors, as a part of that of those which are expected to be needed. Chosen, not measured.
+const VECTORS_DOUBLED: f64 = 2.0;
+
 impl Precomputed {
     /// Computes it. `check` is told the share that is done, and stops the work with its error.
     ///
@@ -98,12 +102,15 @@ impl Precomputed {
         let matrix = Rows { rows: pairs.rows(), columns: normals.directions.len(), write: &|rows, out| table.write(rows, out) };
         let most = (MAX_PROJECTED / 8 / matrix.rows).clamp(PROJECTION, MAX_PROJECTION);
         let mut projection = PROJECTION;
+        let mut done = RisingShare::default();
         let factors = loop {
             let params = Params { projection, iteration: Iteration::None, energy: settings.energy, seed: settings.seed };
             let (calls, all) = (Cell::new(0_u32), randomized_svd::checks(&matrix, &params) as f64);
+            // Twice as many vectors may be wanted, and again.
+            let (from, to) = done.step(1.0, VECTORS_DOUBLED, false);
             let factors = randomized_svd::factor(&matrix, &params, &|| {
                 calls.set(calls.get() + 1);
-                check((f64::from(calls.get()) / all).min(1.0))
+                check(from + (to - from) * (f64::from(calls.get()) / all).min(1.0))
             })?;
             if factors.energy >= settings.energy || projection >= most.min(matrix.columns) {
                 break factors;

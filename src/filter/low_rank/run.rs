@@ -16,6 +16,7 @@ use crate::material::{SmallScale, Surface, Tint};
 use crate::numerics::randomized_svd::{self, Factors, Params, Rows};
 use crate::numerics::seed;
 use glam::DVec3;
+use std::ops::Range;
 
 /// Random vectors are doubled until the factors keep the share of the power that is asked for; a share nearer to 1 than this cannot be told from rounding
 /// of the power itself.
@@ -45,6 +46,9 @@ pub(super) struct LowRankRun<'a> {
     /// Seconds of each [`Stage`].
     pub seconds: [f64; 4],
     pub notes: Vec<String>,
+    pub details: Vec<String>,
+    /// The share of the whole work that the step at hand is.
+    pub share: Range<f64>,
 }
 
 /// Values of a list of pairs before their errors are known.
@@ -60,7 +64,22 @@ impl<'a> LowRankRun<'a> {
     /// A run of a variant.
     pub fn new(small: &'a SmallScale, variant: Variant, quality: &'a Quality, control: &'a Control<'a>) -> Self {
         let sampler = FacetSampler::new(small, None, seed::fold(quality.seed), control);
-        Self { small, quality, control, sampler, choices: Choices::of(variant), seconds: [0.0; 4], notes: Vec::new() }
+        Self {
+            small,
+            quality,
+            control,
+            sampler,
+            choices: Choices::of(variant),
+            seconds: [0.0; 4],
+            notes: Vec::new(),
+            details: Vec::new(),
+            share: 0.0..1.0,
+        }
+    }
+
+    /// Tells that so much of the step at hand is done.
+    pub fn report(&self, stage: &str, done: f64) {
+        (self.control.progress)(stage, self.share.start + done.clamp(0.0, 1.0) * (self.share.end - self.share.start));
     }
 
     /// This moment, in seconds.

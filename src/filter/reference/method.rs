@@ -69,6 +69,7 @@ pub(in crate::filter) fn reference(small: &SmallScale, pairs: &[Pair], quality: 
         relative_rms,
         low_rank: Vec::new(),
         notes,
+        details: Vec::new(),
     };
     Ok(Effective { values, summary })
 }

@@ -4,6 +4,7 @@ use super::tally::{Estimate, Tally};
 use crate::filter::plan::{BATCHES, MAX_RAYS, ReferencePlan};
 use crate::filter::quality::Quality;
 use crate::filter::tolerance::{SAFETY, keeps};
+use crate::numerics::words::percent;
 use std::collections::BinaryHeap;
 
 /// How the rounds are planned.
@@ -206,6 +207,7 @@ impl RoundPlanner {
         } else {
             format!("no pair may have more than {MAX_RAYS} rays")
         };
-        vec![format!("the tolerance {} was not reached: {why}; the estimated relative RMS error is {relative_rms:.2e}", self.tolerance)]
+        let (tolerance, error) = (percent(self.tolerance), percent(relative_rms));
+        vec![format!("the tolerance of {tolerance} is not met: {why}; the estimated relative RMS error is {error}")]
     }
 }

@@ -18,6 +18,7 @@ use crate::filter::value::{Effective, Summary, Value};
 use crate::filter::visible_facets::VisibleFacets;
 use crate::material::{SmallScale, Tint};
 use crate::numerics::seed;
+use crate::numerics::words::percent;
 use crate::visibility::MAX_PERIODS;
 
 /// Share of the tolerance that the facets may take, and that the lobes may: `.6² + .75² = .92`. Facets are cheap, lobes are not.
@@ -68,7 +69,7 @@ pub(in crate::filter) fn spherical_gaussians(
             Variant::Paper => "the published method has fixed settings; `variant improved` or `method direct` look for those that keep it",
             Variant::Improved => "more lobes than it is allowed would; `method direct` does",
         };
-        run.notes.push(format!("the tolerance of {} is not met: {why}", quality.tolerance));
+        run.notes.push(format!("the tolerance of {} is not met: {why}", percent(quality.tolerance)));
     }
     Ok(run.result(&plan, pairs, &raw, errors))
 }
@@ -82,6 +83,7 @@ pub(super) struct Run<'a> {
     /// Seconds of each [`Stage`].
     seconds: [f64; STAGES.len()],
     notes: Vec<String>,
+    details: Vec<String>,
 }
 
 /// Values before their errors are known, and what they are made of.
@@ -102,7 +104,7 @@ struct RawValues {
 impl<'a> Run<'a> {
     pub(super) fn new(small: &'a SmallScale, quality: &'a Quality, control: &'a Control<'a>) -> Self {
         let sampler = FacetSampler::new(small, None, seed::fold(quality.seed), control);
-        Self { small, quality, control, sampler, seconds: [0.0; STAGES.len()], notes: Vec::new() }
+        Self { small, quality, control, sampler, seconds: [0.0; STAGES.len()], notes: Vec::new(), details: Vec::new() }
     }
 
     /// What `work` gives; the time it takes goes to a stage.
@@ -249,19 +251,19 @@ impl<'a> Run<'a> {
 
     /// The values and their summary.
     fn result(mut self, plan: &SphericalGaussianPlan, pairs: &[Pair], raw: &RawValues, errors: ApproximationErrors) -> Effective {
-        self.notes.push(format!("relative RMS of the facets {:.1e}; of lobes {:.1e}", errors.facets, errors.bias));
+        self.details.push(format!("relative RMS error of the facets {}, of lobes {}", percent(errors.facets), percent(errors.bias)));
         for (surface, (count, error)) in raw.brdf.iter().enumerate().filter(|(_, (count, _))| *count > 0) {
             let error = match plan.brdf {
                 BrdfLobes::Single => String::new(),
                 BrdfLobes::Spaced(_) => format!(", within {:.1} % of it", 100.0 * error),
             };
-            self.notes.push(format!(
+            self.details.push(format!(
                 "surface {}: its BRDF is a sum of {count} spherical Gaussian{}{error}",
                 surface + 1,
                 if *count == 1 { "" } else { "s" }
             ));
         }
-        self.notes.push(format!(
+        self.details.push(format!(
             "{} lobes of normals, {} amplitudes a pair; {:.2} MB for both",
             raw.lobes,
             raw.amplitudes,
@@ -272,7 +274,7 @@ impl<'a> Run<'a> {
         if given_up > 0 {
             // As in the direct method: their share is an error of every value.
             error = error.hypot(given_up as f64 / (plan.facets as f64 * raw.directions as f64));
-            self.notes
+            self.details
                 .push(format!("{given_up} rays passed {MAX_PERIODS} periods without an answer and count as free; the errors include them"));
         }
         let summary = Summary {
@@ -288,6 +290,7 @@ impl<'a> Run<'a> {
             relative_rms: error,
             low_rank: Vec::new(),
             notes: self.notes,
+            details: self.details,
         };
         Effective { values: values_with_error(pairs, &raw.pairs, error), summary }
     }

@@ -1,6 +1,7 @@
 //! A scene file as a whole.
 
 use super::camera::Camera;
+use super::exposure::Exposure;
 use super::fields::LIGHT;
 use super::light::{Light, MAX_LIGHTS, Surroundings};
 use super::material::{SceneMaterial, SceneMaterials};
@@ -28,6 +29,8 @@ pub struct Scene {
     pub camera: Camera,
     /// Lights of the file, without those of the environment.
     pub lights: Vec<Light>,
+    /// How bright images of bytes are made.
+    pub exposure: Exposure,
     /// Light from all around.
     pub environment: Option<Surroundings>,
     /// Radiance where nothing is seen, unless the environment shows.
@@ -99,6 +102,7 @@ impl Scene {
         if background.is_some() && environment.as_ref().is_some_and(|e| e.visible) {
             return Err(top.error_at("background", "the environment shows as background", "remove one of the two"));
         }
+        let exposure = Exposure::read(&top)?;
         let tables = top.tables("object")?;
         if tables.is_empty() {
             return Err(top.error("there is no [[object]]", "add one with a `kind` and a `material`"));
@@ -119,6 +123,7 @@ impl Scene {
             name,
             camera,
             lights,
+            exposure,
             environment,
             background: background.unwrap_or_default(),
             objects,

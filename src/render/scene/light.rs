@@ -52,8 +52,8 @@ pub struct Surroundings {
     pub map: Environment,
     /// How it lights the scene.
     pub lighting: Lighting,
-    /// Directional lights that stand for it where it is sampled.
-    pub lights: u32,
+    /// Directional lights that stand for it where it is sampled; without a number as many as [`light_sampling`](crate::render::light_sampling) finds.
+    pub lights: Option<u32>,
     /// Whether it shows as background.
     pub visible: bool,
 }
@@ -86,7 +86,7 @@ impl Surroundings {
         let scale = table.f64("scale", range(1e-9, 1e9))?.unwrap_or(1.0);
         let names = Lighting::NAMES.map(|n| n.0);
         let lighting = table.choice("lighting", &names)?.map_or(Lighting::default(), |k| Lighting::NAMES[k].1);
-        let lights = table.integer("lights", 1, MAX_LIGHTS)?.unwrap_or(32);
+        let lights = table.integer("lights", 1, MAX_LIGHTS)?;
         let visible = table.bool("visible")?.unwrap_or(false);
         table.finish()?;
         Ok(Self { map: Environment::load(&file, rotation, scale)?, lighting, lights, visible })

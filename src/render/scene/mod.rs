@@ -6,6 +6,7 @@ mod camera;
 mod covering;
 #[cfg(test)]
 mod covering_tests;
+mod exposure;
 mod fields;
 mod file;
 mod light;
@@ -14,6 +15,7 @@ mod object;
 mod shape;
 
 pub use camera::Camera;
+pub use exposure::Exposure;
 pub use file::{SCENE_TEMPLATE, Scene};
 pub use light::{Light, Lighting, Surroundings};
 pub use material::SceneMaterial;
