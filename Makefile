@@ -15,11 +15,16 @@ help:
 
 demo:
 	@scripts/setup.sh
-	@capture=; \
-	if scripts/setup.sh capture; then capture="--features capture"; else echo "without biscale capture: OpenCV cannot be installed here" >&2; fi; \
-	$(CARGO) build --release --locked --package biscale-cli $$capture && \
-	{ [ -z "$$capture" ] || $(CARGO) run --release --locked --package biscale-capture --example shoot -- target/demo-shoot; } && \
-	scripts/demo.sh target/release/biscale demo $${capture:+target/demo-shoot}
+	@# One build for the command and the example that makes the shoot: two would compile what they share twice, with other features.
+	@if scripts/setup.sh capture; then \
+		$(CARGO) build --release --locked --package biscale-cli --package biscale-capture --features biscale-cli/capture --bin biscale --example shoot && \
+		target/release/examples/shoot target/demo-shoot && \
+		scripts/demo.sh target/release/biscale demo target/demo-shoot; \
+	else \
+		echo "without biscale capture: OpenCV cannot be installed here" >&2; \
+		$(CARGO) build --release --locked --package biscale-cli && scripts/demo.sh target/release/biscale demo; \
+	fi
+	@echo "--- the command: $(CURDIR)/target/release/biscale (cargo install --locked --path cli puts it on the path)"
 
 test:
 	@scripts/setup.sh test

@@ -31,8 +31,9 @@ h2 { font-size: 1.1rem; margin: 2.5rem 0 0 } p { margin: .2rem 0 .6rem } code { 
 plane of incidence and across it. Each picture can be made again by the command above it.</p>
 HTML
 
-# html TEXT: TEXT with the letters that mean something in HTML escaped
-html() { printf '%s' "$1" | sed 's/&/\&amp;/g; s/</\&lt;/g; s/>/\&gt;/g'; }
+# plain TEXT: TEXT with the letters that mean something in HTML escaped, and without backticks; html TEXT: with code in the place of backticks
+plain() { printf '%s' "$1" | sed 's/&/\&amp;/g; s/</\&lt;/g; s/>/\&gt;/g; s/"/\&quot;/g; s/`//g'; }
+html() { printf '%s' "$1" | sed 's/&/\&amp;/g; s/</\&lt;/g; s/>/\&gt;/g; s/`\([^`]*\)`/<code>\1<\/code>/g'; }
 
 for material in samples/*.toml; do
     name=$(basename "$material" .toml)
@@ -52,13 +53,14 @@ echo "--- A whole effective BRDF as a table, values out of it, and its plots"
 table=grooves-two-hue-table
 "$biscale" bake samples/grooves-two-hue.toml -o "$folder/$table.exr" --tolerance $bake_tolerance
 "$biscale" eval "$folder/$table.exr" --pairs samples/slice.csv -o "$folder/slice.csv"
-"$biscale" plot "$folder/$table.exr" -o "$folder" --no-view
+"$biscale" plot samples/grooves-two-hue.toml "$folder/$table.exr" -o "$folder" --tolerance $plot_tolerance
 cat >>"$part" <<HTML
 <h2>A whole effective BRDF as a table</h2>
 <p><code>biscale bake samples/grooves-two-hue.toml -o demo/$table.exr --tolerance $bake_tolerance</code>, then
-<code>biscale eval demo/$table.exr --pairs samples/slice.csv -o demo/slice.csv</code>, and <code>biscale plot</code> of the table:
-compare it with the plot above, which is computed for exactly its directions.</p>
-<img class="polar" src="$table-polar.png" alt="polar plots of the table">
+<code>biscale eval demo/$table.exr --pairs samples/slice.csv -o demo/slice.csv</code>, and both in one plot,
+<code>biscale plot samples/grooves-two-hue.toml demo/$table.exr -o demo</code>: dashed is what the table interpolates between its directions, which are
+farthest apart from what is exact near the horizon.</p>
+<img class="polar" src="grooves-two-hue-and-$table-polar.png" alt="polar plots of the surface and of the table">
 <h2>From afar</h2>
 <p>Objects whose surface is such a material: <code>biscale render samples/scenes/NAME.toml -o demo/NAME.png --tolerance $render_tolerance</code></p>
 HTML
@@ -67,7 +69,7 @@ for scene in samples/scenes/*.toml; do
     what=$(sed -n '1s/^# *//p' "$scene")
     echo "--- $name: $what"
     "$biscale" render "$scene" -o "$folder/$name.png" --tolerance $render_tolerance
-    echo "<img class=\"scene\" src=\"$name.png\" alt=\"$name\" title=\"$(html "$what")\">" >>"$part"
+    echo "<img class=\"scene\" src=\"$name.png\" alt=\"$name\" title=\"$(plain "$what")\">" >>"$part"
 done
 if [ -n "$shoot" ]; then
     echo "--- A made-up shoot captured"

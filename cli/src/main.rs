@@ -5,13 +5,14 @@ mod commands;
 mod common;
 
 use biscale::error::{Error, Result};
-use clap::{CommandFactory, FromArgMatches, Parser};
+use clap::error::ErrorKind;
+use clap::{CommandFactory, FromArgMatches, Parser, ValueEnum};
 use commands::Command;
 use common::exit;
 use common::flags::Flags;
 use common::interrupt;
 use common::options::CommonArgs;
-use common::output::{self, Failure};
+use common::output::{self, ColourChoice, Failure};
 use std::process::ExitCode;
 
 /// What `--version` says: version, commit, features, target and profile. `build.rs` finds out all but the first.
@@ -41,7 +42,7 @@ struct Cli {
 impl Cli {
     /// The command line, with the flags of the command that it names.
     fn read() -> Result<Self, clap::Error> {
-        let mut command = Self::command();
+        let mut command = Self::command().color(output::choose_colour(colour_wanted()));
         command.build();
         let matches = command.try_get_matches_from_mut(std::env::args_os())?;
         let mut cli = Self::from_arg_matches(&matches)?;
@@ -52,6 +53,33 @@ impl Cli {
     }
 }
 
+/// What `--color` says, before the command line as a whole is read: an error in it is coloured, too.
+fn colour_wanted() -> ColourChoice {
+    let mut arguments = std::env::args().skip(1).take_while(|a| a != "--");
+    let mut wanted = ColourChoice::default();
+    while let Some(argument) = arguments.next() {
+        let value = match argument.strip_prefix("--color") {
+            Some("") => arguments.next(),
+            Some(rest) => rest.strip_prefix('=').map(str::to_owned),
+            None => None,
+        };
+        wanted = value.and_then(|value| ColourChoice::from_str(&value, false).ok()).unwrap_or(wanted);
+    }
+    wanted
+}
+
+/// What `--json --version` prints.
+fn version() -> serde_json::Value {
+    let mut lines = LONG_VERSION.lines();
+    let mut object = serde_json::Map::new();
+    object.insert("name".to_owned(), "biscale".into());
+    object.insert("version".to_owned(), lines.next().unwrap_or_default().into());
+    for (key, value) in lines.filter_map(|line| line.split_once(' ')) {
+        object.insert(key.to_owned(), value.into());
+    }
+    object.into()
+}
+
 fn main() -> ExitCode {
     let json_wanted = std::env::args_os().any(|a| a == "--json");
     let cli = match Cli::read() {
@@ -60,6 +88,10 @@ fn main() -> ExitCode {
             if json_wanted && e.use_stderr() {
                 // The exit status tells the same, should standard output be closed.
                 let _ = output::print_json(&Failure::arguments(&e));
+            }
+            if json_wanted && e.kind() == ErrorKind::DisplayVersion {
+                let _ = output::print_json(&version());
+                return ExitCode::SUCCESS;
             }
             let _ = e.print();
             return if e.use_stderr() { ExitCode::from(exit::BAD_INPUT) } else { ExitCode::SUCCESS };
@@ -93,7 +125,7 @@ fn fail(error: Error, json: bool) -> u8 {
         // The exit status and standard error tell the same, should standard output be closed.
         let _ = output::print_json(&Failure::new(&error));
     }
-    output::say(&format!("error: {error}"));
+    output::say_error(&error.to_string());
     exit::status(&error)
 }
 

@@ -69,3 +69,32 @@ fn the_same_material_gives_the_same_values_at_any_thread_count() {
     };
     assert_eq!(values("1"), values("2"));
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_interrupted_bake_says_what_it_keeps_and_goes_on_from_there() {
+    use std::time::{Duration, Instant};
+    let folder = Folder::new();
+    let sample = support::project("samples/pyramids.toml");
+    let bake: Vec<&std::ffi::OsStr> = ["bake".as_ref(), sample.as_os_str()]
+        .into_iter()
+        .chain(["-o", "out.exr", "--resolution", "24", "--tolerance", "0.05"].map(AsRef::as_ref))
+        .collect();
+    let kept = folder.path("out.exr.unfinished");
+    let mut child = folder.command(&bake).stderr(std::process::Stdio::piped()).spawn().unwrap();
+    // Until the first of three blocks is there.
+    let begun = Instant::now();
+    while std::fs::metadata(&kept).map_or(0, |m| m.len()) < 1000 {
+        assert!(begun.elapsed() < Duration::from_secs(120) && child.try_wait().unwrap().is_none(), "no block is kept");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    assert!(std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let said = Said::from(child.wait_with_output().unwrap());
+    assert_eq!(said.status, 130, "{}", said.stderr);
+    assert!(said.stderr.contains("out.exr.unfinished") && kept.exists() && !folder.path("out.exr").exists(), "{}", said.stderr);
+    done(&folder.run(&bake));
+    assert!(!kept.exists());
+    let resumed = std::fs::read(folder.path("out.exr")).unwrap();
+    done(&folder.run(&bake));
+    assert!(std::fs::read(folder.path("out.exr")).unwrap() == resumed, "the bits differ");
+}

@@ -56,3 +56,43 @@ fn a_mistake_in_a_line_of_a_file_is_about_the_keys_of_that_file() {
     assert_eq!(said.status, 2, "{}", said.stderr);
     assert!(!said.stderr.contains("--material"), "{}", said.stderr);
 }
+
+#[test]
+fn errors_have_the_colours_that_are_asked_for() {
+    let folder = Folder::new();
+    for (arguments, coloured) in [
+        (&["check", "no.toml"][..], false),
+        (&["--color", "always", "check", "no.toml"], true),
+        (&["check", "no.toml", "--color=always"], true),
+        (&["check", "no.toml", "--color=never"], false),
+        // Wrong arguments, which clap tells.
+        (&["eval", "--color=always"], true),
+        (&["eval"], false),
+    ] {
+        let said = folder.run(arguments);
+        assert_eq!(said.status, 2);
+        let head = if coloured { "\u{1b}[1m\u{1b}[31merror:\u{1b}[0m" } else { "error:" };
+        assert!(said.stderr.starts_with(head), "{arguments:?}: {:?}", said.stderr);
+        assert_eq!(said.stderr.contains('\u{1b}'), coloured, "{arguments:?}: {:?}", said.stderr);
+    }
+}
+
+#[test]
+fn the_version_is_an_object_where_json_is_asked_for() {
+    let said = Folder::new().run(["--json", "--version"]);
+    assert_eq!((said.status, said.stderr.as_str()), (0, ""));
+    let object: Value = serde_json::from_str(&said.stdout).unwrap();
+    assert_eq!(object["version"], env!("CARGO_PKG_VERSION"));
+    assert!(["commit", "features", "target", "profile"].iter().all(|key| object[key].is_string()), "{object}");
+}
+
+#[test]
+fn details_are_told_where_they_are_asked_for() {
+    let folder = Folder::new();
+    let eval = ["eval", "m.toml", "--pairs", "p.csv", "-o", "o.csv"];
+    let (plain, verbose) = (folder.run(eval), folder.run(eval.iter().chain(&["--verbose"])));
+    assert!(!plain.stderr.contains("samples were expected") && plain.stderr.contains("wrote o.csv"), "{}", plain.stderr);
+    assert!(verbose.stderr.contains("samples were expected"), "{}", verbose.stderr);
+    let json: Value = serde_json::from_str(&folder.run(eval.iter().chain(&["--json"])).stdout).unwrap();
+    assert!(json["summary"]["details"][0].as_str().unwrap().starts_with("auto chose direct"), "{json}");
+}

@@ -129,3 +129,16 @@ fn a_failed_plot_takes_its_new_folder_away() {
     assert_eq!(said.status, 2, "{}", said.stderr);
     assert!(folder.snapshot() == before, "the folder changed");
 }
+
+#[test]
+fn several_materials_are_drawn_into_one_plot() {
+    let folder = Folder::new();
+    folder.write("n.toml", support::MATERIAL.replace("plane\"\n\n", "snow\"\n\n").replace("0.5", "0.9"));
+    let said = folder.run(["plot", "m.toml", "n.toml", "-o", "out", "--tolerance", "0.1"]);
+    done(&said);
+    assert!(said.stderr.contains("wrote out/m-and-n-polar.svg") && !folder.path("out/m-and-n-view.png").exists(), "{}", said.stderr);
+    let polar = String::from_utf8(bytes(&folder, "m-and-n-polar.svg")).unwrap();
+    assert!(polar.contains(">plane, snow</text>") && polar.contains("snow: method direct"), "the plot names both");
+    let said = folder.run(["plot", "m.toml", "no.toml", "-o", "out"]);
+    assert!(said.status == 2 && said.stderr.contains("no.toml"), "{}", said.stderr);
+}

@@ -232,3 +232,46 @@ fn progress_is_shown_and_ctrl_c_leaves_no_picture() {
     assert_eq!(child.wait().unwrap().code(), Some(130), "{rest}");
     assert!(folder.snapshot() == before, "something was left");
 }
+
+#[test]
+fn the_exposure_is_chosen_by_the_picture_and_cut_pixels_are_told() {
+    let folder = folder();
+    let shown = |arguments: &[&str]| -> (f64, f64, String) {
+        let said = folder.run(RENDER.iter().chain(arguments).chain(&["--json"]));
+        done(&said);
+        let object: Value = serde_json::from_str(&said.stdout).unwrap();
+        let shown = &object["summary"]["shown"];
+        (shown["exposure"].as_f64().unwrap(), shown["clipped"].as_f64().unwrap(), object["summary"]["notes"].to_string())
+    };
+    let (stops, clipped, notes) = shown(&["--exposure", "6"]);
+    assert!(stops == 6.0 && clipped > 0.05 && notes.contains("`--exposure auto` would take"), "{clipped}: {notes}");
+    let (auto, clipped, notes) = shown(&["--exposure", "auto"]);
+    assert!(auto < 6.0 && clipped <= 0.01 && !notes.contains("brighter than white"), "{auto}, {clipped}: {notes}");
+    // A scene may ask for it, and the command line has the last word.
+    folder.write("scene.toml", SCENE.replace("format = 1", "format = 1\nexposure = \"auto\""));
+    assert_eq!(shown(&[]).0, auto);
+    assert_eq!(shown(&["--exposure", "1.5"]).0, 1.5);
+    folder.write("scene.toml", SCENE.replace("format = 1", "format = 1\nexposure = 99"));
+    let said = folder.run(RENDER);
+    assert!(said.status == 2 && said.stderr.contains("scene.toml:2: exposure"), "{}", said.stderr);
+}
+
+#[test]
+fn the_error_of_the_lights_of_an_environment_is_told_and_chooses_their_number() {
+    let folder = folder();
+    std::fs::copy(project("samples/scenes/studio.hdr"), folder.path("studio.hdr")).unwrap();
+    let sampling = |lights: &str| -> Value {
+        let light = SCENE.find("[[light]]").unwrap()..SCENE.find("[[object]]").unwrap();
+        folder.write("scene.toml", SCENE.replace(&SCENE[light], &format!("[environment]\nfile = \"studio.hdr\"\n{lights}")));
+        let said = folder.run(RENDER.iter().chain(&["--json", "--tolerance", "0.03"]));
+        done(&said);
+        let object: Value = serde_json::from_str(&said.stdout).unwrap();
+        object["summary"]["light_sampling"].clone()
+    };
+    let error = |sampling: &Value| sampling["error_of_lights"].as_f64().unwrap();
+    let (few, many, chosen) = (sampling("lights = 8\n"), sampling("lights = 128\n"), sampling(""));
+    assert!(few["lights"] == 8 && few["chosen"] == false && error(&few) > 2.0 * error(&many), "{few} {many}");
+    let lights = chosen["lights"].as_u64().unwrap();
+    assert!(chosen["chosen"] == true && (32..=128).contains(&lights), "{chosen}");
+    assert!(lights == 128 || error(&chosen) < 0.06, "{chosen}");
+}

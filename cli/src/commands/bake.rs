@@ -5,10 +5,11 @@ use crate::common::options::{CommonArgs, QualityArgs};
 use crate::common::output::{self, Target};
 use crate::common::progress;
 use biscale::error::{Error, Result};
+use biscale::filter::Control;
 use biscale::material::Material;
 use biscale::numerics::cast::index_u32;
 use biscale::table::is_effective_brdf;
-use biscale::table::{BakeRecipe, MIN_RINGS, bake};
+use biscale::table::{BakeAids, BakeForecast, BakeRecipe, MIN_RINGS, bake_with};
 use biscale::table::{EffectiveTable, TableError, max_rings};
 use biscale::toml_reader::Source;
 use clap::Args;
@@ -43,6 +44,11 @@ const fn whole(rings: usize) -> i64 {
     index_u32(rings) as i64
 }
 
+/// Seconds from which on a forecast is told. Chosen, not measured.
+const TOLD_FROM: f64 = 20.0;
+/// How far a forecast may be off: see `docs/performance.md`, "Forecasts".
+const SPREAD: [f64; 2] = [0.6, 1.5];
+
 /// Formats that formats.md promises for later.
 const LATER: [(&str, &str); 3] = [("bsdf", "RGL"), ("binary", "MERL"), ("xml", "Klems")];
 
@@ -60,9 +66,26 @@ pub fn run(args: &BakeArgs, common: &CommonArgs) -> Result<()> {
     let surface = material.build()?;
     let loaded = Instant::now();
     let recipe = BakeRecipe { name: &material.name, material: &source.text, quality, rings: args.resolution.map(usize::from) };
-    let table = progress::with_control(common, |control| bake(&surface, &recipe, control))?;
+    let kept = kept_beside(&args.output);
+    let work = |control: &Control<'_>, say: &progress::Say<'_>| {
+        let forecast = |forecast: &BakeForecast| {
+            if forecast.seconds >= TOLD_FROM || common.verbose {
+                say(foretold(forecast, args.quality.tolerance), Some(forecast.seconds));
+            }
+        };
+        bake_with(&surface, &recipe, &BakeAids { forecast: &forecast, kept: Some(&kept) }, control)
+    };
+    let table = progress::with_advice(common, "", work).inspect_err(|error| {
+        if !matches!(error, Error::Interrupted) {
+            let _ = std::fs::remove_file(&kept);
+        } else if kept.exists() {
+            output::tell(common, &format!("what is computed is kept in {}: the same command goes on from there", kept.display()));
+        }
+    })?;
     let baked = Instant::now();
     target.write_file(|file| table.write(std::io::BufWriter::new(file)))?;
+    // The table is whole. One that cannot be removed is found by the next bake, which begins it anew.
+    let _ = std::fs::remove_file(&kept);
     let milliseconds = Milliseconds {
         load: (loaded - start).as_secs_f64() * 1e3,
         bake: (baked - loaded).as_secs_f64() * 1e3,
@@ -73,7 +96,37 @@ pub fn run(args: &BakeArgs, common: &CommonArgs) -> Result<()> {
         return output::print_json(&Object { output: &args.output, summary });
     }
     output::tell(common, &summary.to_string());
+    output::tell(common, &format!("wrote {}", args.output.display()));
     Ok(())
+}
+
+/// The file beside a table in which its blocks are kept while it is made.
+fn kept_beside(output: &Path) -> PathBuf {
+    let mut name = output.as_os_str().to_owned();
+    name.push(".unfinished");
+    name.into()
+}
+
+/// What a long bake will take, and what looser tolerances would.
+fn foretold(forecast: &BakeForecast, tolerance: f64) -> String {
+    let BakeForecast { rings, values, seconds, relative_rms, looser } = forecast;
+    let [least, most] = SPREAD.map(|times| progress::duration(times * seconds));
+    let mut text = format!(
+        "{:.1} million values on {rings} rings of directions will take about {}, from {least} to {most}",
+        *values as f64 / 1e6,
+        progress::duration(*seconds)
+    );
+    for (tolerance, seconds) in looser {
+        text += &format!("; `--tolerance {tolerance}` about {}", progress::duration(*seconds));
+    }
+    if *relative_rms > tolerance {
+        text += &format!(
+            ".\nThe table's error will be about {:.1} %, over the tolerance of {} %: more rings than {rings} do not fit",
+            100.0 * relative_rms,
+            100.0 * tolerance
+        );
+    }
+    text + ". Ctrl-C keeps what is computed."
 }
 
 /// The ending says the format.

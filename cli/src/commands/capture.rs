@@ -112,7 +112,7 @@ pub fn run(args: &CaptureArgs, common: &CommonArgs) -> Result<u8> {
         let photograph = check.photograph.as_ref().map_or(String::new(), |p| format!("{p}: "));
         // Checks name options by their fields, as they do in `capture.json`.
         let message = check.message.replace("`assume_srgb`", "--assume-srgb");
-        output::say(&format!("error: {}: {photograph}{message}{}", check.code, measured(check)));
+        output::say_error(&format!("{}: {photograph}{message}{}", check.code, measured(check)));
     }
     Ok(if capture.usable { 0 } else { exit::FAILED })
 }

@@ -60,7 +60,8 @@ pub fn run(args: &EvalArgs, common: &CommonArgs) -> Result<()> {
     let loaded = Instant::now();
     let Pairs { written, pairs } = pairs::load(&args.pairs)?;
     let before = [("load", (loaded - start).as_secs_f64() * 1e3), ("pairs", loaded.elapsed().as_secs_f64() * 1e3)];
-    let Effective { values, summary } = progress::with_control(common, |control| filter::effective(&surface, &pairs, &quality, control))?;
+    let Effective { values, summary } =
+        progress::with_advice(common, args.quality.advice(), |control, _| filter::effective(&surface, &pairs, &quality, control))?;
     drop(pairs);
     refuse_not_finite(&values)?;
     let rows = Rows { written: &written, values: &values };
@@ -87,7 +88,7 @@ fn between_nodes(args: &EvalArgs, common: &CommonArgs, target: Option<&Target>) 
 }
 
 fn write(common: &CommonArgs, target: Option<&Target>, rows: Rows<'_>, summary: FilterSummary<'_>) -> Result<()> {
-    let summary = summary.with_flags(&common.flags);
+    let summary = summary.for_user(common);
     match target {
         Some(target) => target.write(|out| rows.write_csv(out))?,
         None if !common.json => Target::stdout().write(|out| rows.write_csv(out))?,
@@ -97,6 +98,9 @@ fn write(common: &CommonArgs, target: Option<&Target>, rows: Rows<'_>, summary: 
         return output::print_json(&Object { summary, rows: target.is_none().then_some(rows) });
     }
     output::tell(common, &summary.to_string());
+    if let Some(target) = target {
+        output::tell(common, &format!("wrote {}", target.path().display()));
+    }
     Ok(())
 }
 

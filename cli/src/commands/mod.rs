@@ -8,6 +8,7 @@ mod compare;
 mod eval;
 mod fit;
 mod fold;
+mod list;
 mod new;
 mod plot;
 mod render;
@@ -24,6 +25,8 @@ use clap::Subcommand;
 pub enum Command {
     /// Write a commented file with every parameter
     New(new::NewArgs),
+    /// List what is built in: BRDFs
+    List(list::ListArgs),
     /// Validate files and say what would be done; does nothing
     Check(check::CheckArgs),
     /// Effective BRDF at listed directions
@@ -65,6 +68,7 @@ impl Command {
     fn dispatch(&self, common: &CommonArgs) -> Result<u8> {
         match self {
             Self::New(args) => new::run(args, common)?,
+            Self::List(args) => list::run(args, common)?,
             Self::Check(args) => return check::run(args, common),
             Self::Eval(args) => eval::run(args, common)?,
             Self::Bake(args) => bake::run(args, common)?,
@@ -87,13 +91,16 @@ impl Command {
         let (wanted, path) = match self {
             Self::Eval(args) => (FileKind::Material, Some(&args.material)),
             Self::Bake(args) => (FileKind::Material, Some(&args.material)),
-            Self::Plot(args) => (FileKind::Material, Some(&args.input)),
+            // Of several the error names the one.
+            Self::Plot(args) => (FileKind::Material, args.inputs.first().filter(|_| args.inputs.len() == 1)),
             Self::Study(args) => (FileKind::Material, Some(&args.material)),
             Self::Fold(args) => (FileKind::Material, args.material.as_ref()),
             Self::Render(args) => (FileKind::Scene, Some(&args.scene)),
             Self::Capture(args) => (FileKind::Shoot, Some(&args.shoot)),
             Self::Fit(args) => (FileKind::Fit, Some(&args.fit)),
-            Self::New(_) | Self::Check(_) | Self::Compare(_) | Self::StudyRun(_) | Self::Cache(_) | Self::Edit(_) => return error,
+            Self::New(_) | Self::List(_) | Self::Check(_) | Self::Compare(_) | Self::StudyRun(_) | Self::Cache(_) | Self::Edit(_) => {
+                return error;
+            }
         };
         match path {
             Some(path) => file_kind::explain(error, wanted, path),

@@ -3,13 +3,19 @@
 use crate::common::options::CommonArgs;
 use crate::common::output::{self, Target};
 use biscale::error::{BadInput, Error, Result};
+use biscale::geometry::weave::read_wif;
+use biscale::material::Material;
 use biscale::render::SCENE_TEMPLATE;
+use biscale::toml_reader::Source;
 use clap::{Args, ValueEnum};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
 /// The material that the objects of [`SCENE_TEMPLATE`] name, beside the scene.
 const SCENE_MATERIAL: &str = "material.toml";
+
+/// Warp and weft of a draft without colours.
+const NO_COLOURS: [[f64; 3]; 2] = [[0.7, 0.7, 0.7], [0.1, 0.2, 0.5]];
 
 /// Arguments of `biscale new`.
 #[derive(Args, Debug)]
@@ -19,6 +25,9 @@ pub struct NewArgs {
     /// The file to write, `-` for standard output; `new fit` also takes a folder that `capture` wrote before it
     #[arg(required = true, num_args = 1..=2, value_name = "FILE")]
     files: Vec<PathBuf>,
+    /// A weaving program's file that a weave is made after, with its colours
+    #[arg(long, value_name = "DRAFT.wif")]
+    wif: Option<PathBuf>,
     /// Replace a file that exists
     #[arg(long)]
     force: bool,
@@ -59,7 +68,13 @@ pub fn run(args: &NewArgs, common: &CommonArgs) -> Result<()> {
         [folder, file] if args.kind == Kind::Fit => (Some(folder), file),
         _ => return Err(BadInput::new("two files are given", format!("write `biscale new {kind} FILE`")).at_field("FILE").into()),
     };
+    if args.wif.is_some() && args.kind != Kind::Weave {
+        return Err(BadInput::new(format!("a draft is of no use to `biscale new {kind}`"), "write `biscale new weave`")
+            .at_field("wif")
+            .into());
+    }
     let text = match args.kind {
+        Kind::Weave if args.wif.is_some() => after_draft(args.wif.as_deref().unwrap_or(file), file)?,
         Kind::Scene => SCENE_TEMPLATE.to_owned(),
         Kind::Fit => match folder {
             Some(folder) => biscale_fit::fit_file::template::for_capture(folder, &seen_from(folder, file))?,
@@ -86,6 +101,36 @@ pub fn run(args: &NewArgs, common: &CommonArgs) -> Result<()> {
         output::tell(common, &format!("wrote {}; {need}`biscale check {}` says what it means", file.display(), file.display()));
     }
     Ok(())
+}
+
+/// A material after the draft `wif`, for the file `file`: each of its colours is a part.
+fn after_draft(wif: &Path, file: &Path) -> Result<String> {
+    let draft = read_wif(wif, true)?;
+    let quoted = |text: &str| serde_json::Value::from(text).to_string();
+    let head = |wif: &str, name: &str| {
+        format!("format = 1\nname = {}\nunit = \"mm\"\n\n[geometry]\nkind = \"weave\"\nwif = {}\n", quoted(name), quoted(wif))
+    };
+    let name = wif.file_stem().unwrap_or_default().to_string_lossy();
+    // Which colours become parts is known once the cloth is made.
+    let absolute = std::path::absolute(wif).unwrap_or_else(|_| wif.to_path_buf()).display().to_string();
+    let all = "\n[[surface]]\npart = \"*\"\nbrdf = { model = \"lambert\", albedo = 0.5 }\n";
+    let trial = Source { path: wif.to_path_buf(), text: head(&absolute, &name) + all };
+    let parts = Material::parse(&trial)?.build()?.tile.parts;
+    let mut text = format!(
+        "# Cloth after the draft {}. Widths, gaps and colours are its own; `biscale new weave -` shows every parameter.\n{}",
+        wif.file_name().unwrap_or_default().to_string_lossy().replace(char::is_control, " "),
+        head(&seen_from(wif, file), &name)
+    );
+    for (place, part) in parts.iter().enumerate() {
+        let own = part.split_once('-').and_then(|(_, entry)| draft.palette.get(&entry.parse().ok()?));
+        let [r, g, b] = own.copied().unwrap_or(NO_COLOURS[place % NO_COLOURS.len()]).map(|c| (c * 1e3).round() / 1e3);
+        let whose = if own.is_some() { "the draft's colour, linear RGB" } else { "the draft has no colours: choose one" };
+        text += &format!(
+            "\n# {whose}\n[[surface]]\npart = {}\nbrdf = {{ model = \"lambert\", albedo = [{r:?}, {g:?}, {b:?}] }}\n",
+            quoted(part)
+        );
+    }
+    Ok(text)
 }
 
 /// The folder as a file names it by a path relative to its own: as it was given where both are relative to the same place.

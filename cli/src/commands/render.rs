@@ -6,7 +6,10 @@ use crate::common::output::{self, Target};
 use crate::common::progress;
 use biscale::error::{BadInput, Result};
 use biscale::filter::Quality;
-use biscale::render::{EnvironmentReport, Lighting, Rendered, ResponseReport, SOFTWARE, Scene, SceneMaterial, render};
+use biscale::numerics::words::percent;
+use biscale::render::{
+    EnvironmentReport, Exposure, LightSampling, Lighting, Rendered, ResponseReport, SOFTWARE, Scene, SceneMaterial, render,
+};
 use biscale::toml_reader::Source;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
@@ -17,6 +20,9 @@ use std::time::Instant;
 
 /// What every image of this command says of who made it.
 const MARK: &str = "biscale render ";
+
+/// How a picture that takes long takes less.
+const ADVICE: &str = "a looser `--tolerance`, fewer `lights` of an environment or fewer `samples` of the camera take less";
 
 /// Arguments of `biscale render`.
 #[derive(Args, Debug)]
@@ -34,9 +40,9 @@ pub struct RenderArgs {
     /// How the environment lights the scene, in the place of what the scene says
     #[arg(long, value_name = "LIGHTING")]
     lighting: Option<LightingArg>,
-    /// Stops by which the .png is brighter than the radiance
-    #[arg(long, value_name = "STOPS", default_value_t = 0.0, value_parser = options::exposure, allow_negative_numbers = true)]
-    exposure: f64,
+    /// Stops by which the .png is brighter than the radiance, or `auto`; in the place of what the scene says
+    #[arg(long, value_name = "STOPS", value_parser = exposure, allow_negative_numbers = true)]
+    exposure: Option<Exposure>,
     /// Write the share of each pixel that objects cover as a channel of its own
     #[arg(long)]
     alpha: bool,
@@ -98,17 +104,33 @@ pub fn run(args: &RenderArgs, common: &CommonArgs) -> Result<()> {
         set_lighting(&mut scene, lighting.into())?;
     }
     let loaded = start.elapsed().as_secs_f64() * 1e3;
-    let rendered = progress::with_control(common, |control| render(&scene, &quality, control))?;
+    let rendered = progress::with_advice(common, ADVICE, |control, _| render(&scene, &quality, control))?;
     let notes = common.flags.in_texts(rendered.notes.iter().cloned().chain(args.quality.notes()).collect());
-    let summary = Summary::new(&scene, &rendered, &quality, loaded, notes);
+    let mut summary = Summary::new(&scene, &rendered, &quality, loaded, notes, common.verbose);
+    let stops = match args.exposure.unwrap_or(scene.exposure) {
+        Exposure::Stops(stops) => stops,
+        Exposure::Auto => rendered.picture.auto_exposure(),
+    };
+    if formats.contains(&Format::Png) {
+        let clipped = rendered.picture.clipped(stops);
+        summary.shown = Some(Shown { exposure: stops, clipped });
+        let auto = rendered.picture.auto_exposure();
+        if auto < stops {
+            summary.notes.push(format!(
+                "{} of the pixels are brighter than white and are cut: `--exposure auto` would take {auto:.1} stops and cut {}",
+                percent(clipped),
+                percent(rendered.picture.clipped(auto))
+            ));
+        }
+    }
     let comment = format!("{}: {}", scene.name, summary.how());
-    for (target, format) in targets.iter().zip(formats) {
+    for (target, format) in targets.iter().zip(&formats) {
         match format {
             Format::Exr => {
                 target.write_file(|file| rendered.picture.write_exr(io::BufWriter::new(file), args.alpha, &comment))?;
             }
             Format::Png => {
-                let pixels = rendered.picture.to_srgb(args.exposure, args.alpha);
+                let pixels = rendered.picture.to_srgb(stops, args.alpha);
                 let size = [scene.camera.width, scene.camera.height];
                 let png = output::png::encode(size, &pixels, args.alpha, SOFTWARE, &comment)?;
                 target.write(|out| out.write_all(&png))?;
@@ -119,7 +141,18 @@ pub fn run(args: &RenderArgs, common: &CommonArgs) -> Result<()> {
         return output::print_json(&Object { outputs: &args.output, summary });
     }
     output::tell(common, &summary.to_string());
+    for file in &args.output {
+        output::tell(common, &format!("wrote {}", file.display()));
+    }
     Ok(())
+}
+
+/// Reads `--exposure`.
+fn exposure(text: &str) -> Result<Exposure, String> {
+    if text.trim() == Exposure::AUTO {
+        return Ok(Exposure::Auto);
+    }
+    options::exposure(text).map(Exposure::Stops).map_err(|e| format!("{e}, or auto"))
 }
 
 /// Has the environment light the scene another way.
@@ -153,9 +186,17 @@ struct Summary<'a> {
     tolerance: f64,
     milliseconds: Stages,
     materials: Vec<Material<'a>>,
+    /// How an environment was sampled, if it was.
+    light_sampling: Option<Sampling>,
+    /// How bright a .png is, if one was written.
+    shown: Option<Shown>,
     /// How the light of an environment as a whole was made.
     environment: Option<Environment<'a>>,
     notes: Vec<String>,
+    /// How it was done, for who knows the methods: text shows it where it is asked for.
+    details: Vec<String>,
+    #[serde(skip)]
+    verbose: bool,
 }
 
 /// How the light of an environment was made.
@@ -170,6 +211,30 @@ struct Environment<'a> {
     compared_lights: Option<u32>,
     relative_rms_difference: Option<f64>,
     noise_of_comparison: Option<f64>,
+}
+
+/// An exposure in stops, and the share of the pixels that it cuts.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct Shown {
+    exposure: f64,
+    clipped: f64,
+}
+
+/// Lights that stand for an environment.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct Sampling {
+    lights: u32,
+    /// Whether the tolerance chose their number.
+    chosen: bool,
+    /// Relative RMS that drawing the lights makes.
+    error_of_lights: f64,
+    pixels: usize,
+}
+
+impl From<LightSampling> for Sampling {
+    fn from(LightSampling { lights, chosen, relative_rms, pixels }: LightSampling) -> Self {
+        Self { lights, chosen, error_of_lights: relative_rms, pixels }
+    }
 }
 
 /// How a material's response to the environment was found.
@@ -272,7 +337,7 @@ struct Material<'a> {
 }
 
 impl<'a> Summary<'a> {
-    fn new(scene: &'a Scene, rendered: &'a Rendered, quality: &Quality, loaded: f64, notes: Vec<String>) -> Self {
+    fn new(scene: &'a Scene, rendered: &'a Rendered, quality: &Quality, loaded: f64, notes: Vec<String>, verbose: bool) -> Self {
         let made = scene.materials.iter().zip(&rendered.materials).filter_map(|(m, made)| Some((m, made.as_ref()?)));
         let materials = made.map(|(material, made)| Material {
             material: &material.material.name,
@@ -302,8 +367,12 @@ impl<'a> Summary<'a> {
             tolerance: quality.tolerance,
             milliseconds: Stages(stages),
             materials: materials.collect(),
+            light_sampling: rendered.light_sampling.map(Sampling::from),
+            shown: None,
             environment: rendered.environment.as_ref().map(|report| Environment::new(scene, report)),
             notes,
+            details: rendered.details.clone(),
+            verbose,
         }
     }
 
@@ -339,9 +408,20 @@ impl fmt::Display for Summary<'_> {
         if !self.materials.is_empty() || self.environment.is_some() {
             writeln!(f, "{}", self.how())?;
         }
+        if let Some(Sampling { lights, chosen, error_of_lights, pixels }) = self.light_sampling {
+            let by = if chosen { ", as many as the tolerance asks for or the most that are taken" } else { "" };
+            let error = format!("{:.2} %", 100.0 * error_of_lights);
+            writeln!(f, "{lights} lights stand for the environment{by}: relative RMS error {error}, at {pixels} pixels")?;
+        }
+        if let Some(Shown { exposure, clipped }) = self.shown {
+            writeln!(f, "exposure {exposure:.1} stops: {:.2} % of the pixels are cut at white", 100.0 * clipped)?;
+        }
         write!(f, "{}", self.milliseconds)?;
         for note in &self.notes {
             write!(f, "\nnote: {note}")?;
+        }
+        for detail in self.details.iter().filter(|_| self.verbose) {
+            write!(f, "\n{detail}")?;
         }
         Ok(())
     }

@@ -1,8 +1,9 @@
 //! What a command that filtered a surface says about it: on standard error, or as part of its JSON.
 
-use super::flags::Flags;
+use super::options::CommonArgs;
 use biscale::filter::{self, LowRankFacts, Quality};
 use biscale::material::{Material, SmallScale};
+use biscale::numerics::words::percent;
 use biscale::table::EffectiveTable;
 use serde::{Serialize, Serializer};
 use std::fmt;
@@ -27,6 +28,10 @@ pub struct FilterSummary<'a> {
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     low_rank: &'a [LowRankFacts],
     notes: Vec<String>,
+    /// How it was done, for who knows the method: text shows it where it is asked for.
+    details: Vec<String>,
+    #[serde(skip)]
+    verbose: bool,
 }
 
 /// Milliseconds of each stage, in the order of the work; a JSON object.
@@ -72,7 +77,7 @@ impl<'a> FilterSummary<'a> {
         }
         let told = summary.notes.iter().any(|n| n.contains("is not met"));
         if !told && quality.budget.is_none() && quality.plan.is_none() && summary.relative_rms > quality.tolerance {
-            all.push(format!("the tolerance of {} % was not reached", quality.tolerance * 100.0));
+            all.push(format!("the tolerance of {} is not met", percent(quality.tolerance)));
         }
         Self {
             material: &material.name,
@@ -88,13 +93,17 @@ impl<'a> FilterSummary<'a> {
             tolerance: quality.tolerance,
             low_rank: &summary.low_rank,
             notes: all,
+            details: summary.details.clone(),
+            verbose: false,
         }
     }
 
-    /// The same with flags in the place of the fields that its notes name.
+    /// The same as a user reads it: with flags in the place of the fields that its notes name, and details where they are asked for.
     #[must_use]
-    pub fn with_flags(mut self, flags: &Flags) -> Self {
-        self.notes = flags.in_texts(self.notes);
+    pub fn for_user(mut self, common: &CommonArgs) -> Self {
+        self.notes = common.flags.in_texts(self.notes);
+        self.details = common.flags.in_texts(self.details);
+        self.verbose = common.verbose;
         self
     }
 
@@ -115,6 +124,8 @@ impl<'a> FilterSummary<'a> {
             tolerance: about.tolerance,
             low_rank: &[],
             notes: about.notes.iter().cloned().chain(notes).collect(),
+            details: Vec::new(),
+            verbose: false,
         }
     }
 }
@@ -131,7 +142,7 @@ impl fmt::Display for FilterSummary<'_> {
         if !self.plan.is_empty() {
             write!(f, "\nplan: {} (seed {})", self.plan, self.seed)?;
         }
-        for m in self.low_rank {
+        for m in self.low_rank.iter().filter(|_| self.verbose) {
             let ([n_rows, n_columns], [m_rows, m_columns]) = (m.n_size, m.m_size);
             write!(
                 f,
@@ -144,6 +155,9 @@ impl fmt::Display for FilterSummary<'_> {
         }
         for note in &self.notes {
             write!(f, "\nnote: {note}")?;
+        }
+        for detail in self.details.iter().filter(|_| self.verbose) {
+            write!(f, "\n{detail}")?;
         }
         Ok(())
     }

@@ -2,6 +2,7 @@
 
 use super::flags::Flags;
 use super::lowrank_cache;
+use super::output::ColourChoice;
 use biscale::error::{BadInput, Error, Result};
 use biscale::filter::{Method, Plan, Quality, Variant};
 use clap::{Args, ValueEnum};
@@ -16,6 +17,12 @@ pub struct CommonArgs {
     /// Print no progress, summaries or notes; errors stay
     #[arg(long, short, global = true)]
     pub quiet: bool,
+    /// Also tell how it was done: what was expected, chosen and left out on the way
+    #[arg(long, short, global = true, conflicts_with = "quiet")]
+    pub verbose: bool,
+    /// When errors are coloured
+    #[arg(long, global = true, value_name = "WHEN", value_enum, default_value_t = ColourChoice::Auto)]
+    pub color: ColourChoice,
     /// Threads to compute with, 0 for all cores; the result does not depend on it
     #[arg(long, global = true, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=1024), allow_negative_numbers = true)]
     pub threads: u16,
@@ -127,6 +134,17 @@ impl QualityArgs {
             }),
             cache: if self.no_cache { None } else { lowrank_cache::user_cache() },
         })
+    }
+
+    /// How a run that takes long takes less, in half a sentence. Errors fall as the samples to the power of -.75 (`cargo bench --bench accuracy`).
+    pub fn advice(&self) -> &'static str {
+        match self.method {
+            MethodArg::Lowrank => {
+                "the published settings do not depend on the tolerance: `--method direct` does not need them, `biscale cache` keeps them"
+            }
+            MethodArg::Sg | MethodArg::Reference => "a looser `--tolerance`, or `--method direct`, may take less",
+            MethodArg::Auto | MethodArg::Direct => "twice the `--tolerance` takes about two fifths of the time",
+        }
     }
 
     /// What the user should know about options that this run does not use.

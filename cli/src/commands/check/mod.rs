@@ -51,7 +51,7 @@ pub fn run(args: &CheckArgs, common: &CommonArgs) -> Result<u8> {
             Ok(report) if !common.json => output::print(&format!("{}: ok\n{report}", outcome.file))?,
             Ok(_) => {}
             Err(error) => {
-                output::say(&format!("error: {error}"));
+                output::say_error(&error.to_string());
                 // Bad input weighs most: it is what this command looks for.
                 let this = exit::status(error);
                 status = if status == exit::BAD_INPUT { status } else { this };

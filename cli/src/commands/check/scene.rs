@@ -1,6 +1,6 @@
 //! What `biscale check` says of a scene file.
 
-use biscale::render::{Blend, Light, Object as SceneObject, Projection, Scene, Shape, Tint};
+use biscale::render::{Blend, LEAST_LIGHTS, Light, MOST_LIGHTS, Object as SceneObject, Projection, Scene, Shape, Tint};
 use serde::Serialize;
 use std::fmt;
 
@@ -15,8 +15,8 @@ pub struct Report {
     /// Lights of the file.
     directional_lights: usize,
     point_lights: usize,
-    /// Directional lights that stand for the environment.
-    environment_lights: u32,
+    /// Directional lights that stand for the environment, none without one; null where `render` chooses.
+    environment_lights: Option<u32>,
     objects: Vec<Object>,
     /// What `render` would run.
     would_run: String,
@@ -125,7 +125,7 @@ impl Report {
             samples: scene.camera.samples,
             directional_lights: scene.lights.len() - points,
             point_lights: points,
-            environment_lights: scene.environment.as_ref().map_or(0, |e| e.lights),
+            environment_lights: scene.environment.as_ref().map_or(Some(0), |e| e.lights),
             objects: objects.collect(),
             would_run: would_run.to_owned(),
         }
@@ -142,7 +142,8 @@ impl fmt::Display for Report {
         let Self { width, height, samples, directional_lights, point_lights, environment_lights, .. } = self;
         writeln!(f, "  name      {}", self.name)?;
         writeln!(f, "  picture   {width} x {height} pixels of {samples} samples")?;
-        writeln!(f, "  lights    {directional_lights} directional, {point_lights} point, {environment_lights} for the environment")?;
+        let sampled = environment_lights.map_or_else(|| format!("{LEAST_LIGHTS} to {MOST_LIGHTS}, by the tolerance,"), |n| n.to_string());
+        writeln!(f, "  lights    {directional_lights} directional, {point_lights} point, {sampled} for the environment")?;
         for Object { object, triangles, parts, tints, layers, blend, normal_map } in &self.objects {
             let triangles = triangles.map_or(String::new(), |n| format!(", {n} triangles"));
             let map = normal_map.map_or(String::new(), |[w, h]| format!(", normal map of {w} x {h} pixels"));

@@ -13,7 +13,7 @@ use biscale::material::Material;
 use biscale::table::EffectiveTable;
 use biscale::table::is_openexr;
 use clap::Args;
-use polar::{Quantity, Slices};
+use polar::{MOST_MATERIALS, Plotted, Quantity, Slices};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::io::Write;
@@ -22,13 +22,14 @@ use std::path::{Path, PathBuf};
 /// Arguments of `biscale plot`.
 #[derive(Args, Debug)]
 pub struct PlotArgs {
-    /// Material file, or a table that `bake` wrote (which has no geometry to view)
-    pub(crate) input: PathBuf,
+    /// Material file, or a table that `bake` wrote (which has no geometry to view); several, up to four, are drawn into one polar plot
+    #[arg(required = true, num_args = 1..=MOST_MATERIALS, value_name = "MATERIAL")]
+    pub(crate) inputs: Vec<PathBuf>,
     /// Folder for the pictures, made if it is not there: `NAME-polar` and `NAME-view`, each as .svg and .png
     #[arg(long, short, value_name = "FOLDER")]
     output: PathBuf,
-    /// Angles of incidence of the polar plots, degrees from the normal
-    #[arg(long, value_name = "DEGREES", value_delimiter = ',', default_values_t = [0.0, 30.0, 60.0], value_parser = incidence, allow_negative_numbers = true)]
+    /// Angles of incidence of the polar plots, degrees from the normal, with commas between them
+    #[arg(long, value_name = "DEGREES", value_delimiter = ',', default_value = "0,30,60", value_parser = incidence, allow_negative_numbers = true)]
     incidence: Vec<f64>,
     /// Azimuth of the light in the polar plots, degrees from x towards y
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, value_parser = azimuth, allow_negative_numbers = true)]
@@ -75,22 +76,25 @@ pub fn run(args: &PlotArgs, common: &CommonArgs) -> Result<()> {
         return Err(BadInput::new(problem, format!("name at most {MOST_INCIDENCES}")).at_field("incidence").into());
     }
     let slices = Slices { incidences_deg: args.incidence.clone(), azimuth_deg: args.azimuth, quantity: args.quantity };
-    let source = Source::load(&args.input)?;
-    let with_view = !args.no_view && matches!(source, Source::Material(..));
+    let sources = args.inputs.iter().map(|input| Source::load(input)).collect::<Result<Vec<_>>>()?;
+    let with_view = !args.no_view && matches!(sources[..], [Source::Material(..)]);
     let wanted = Wanted { slices, with_view, periods: args.periods };
     let folder = Folder::new(args, with_view)?;
-    let pictures = progress::with_control(common, |control| pictures(&source, &wanted, &quality, control))?;
+    let pictures = progress::with_advice(common, args.quality.advice(), |control, _| pictures(&sources, &wanted, &quality, control))?;
     let mut notes = args.quality.notes();
     notes.extend(pictures.notes);
-    if matches!(source, Source::Table(_)) && !args.no_view {
+    if matches!(sources[..], [Source::Table(_)]) && !args.no_view {
         notes.push("a baked table has no geometry: there is no view of the surface".to_owned());
     }
     let notes = common.flags.in_texts(notes);
     folder.write(&pictures.files)?;
     if common.json {
-        return output::print_json(&Object { files: folder.names(), how: &pictures.how, relative_rms_error: pictures.relative_rms, notes });
+        let (how, relative_rms_error) = (pictures.how.join("\n"), pictures.relative_rms);
+        return output::print_json(&Object { files: folder.names(), how, relative_rms_error, notes });
     }
-    output::tell(common, &pictures.how);
+    for how in &pictures.how {
+        output::tell(common, how);
+    }
     for note in &notes {
         output::tell(common, &format!("note: {note}"));
     }
@@ -104,7 +108,8 @@ pub fn run(args: &PlotArgs, common: &CommonArgs) -> Result<()> {
 #[derive(Serialize)]
 struct Object<'a> {
     files: Vec<&'a Path>,
-    how: &'a str,
+    how: String,
+    /// The largest of all materials.
     relative_rms_error: f64,
     notes: Vec<String>,
 }
@@ -129,8 +134,8 @@ impl Source {
 /// Pictures, made and not yet written, in the order of [`Folder::endings`].
 struct Pictures {
     files: Vec<Vec<u8>>,
-    /// How the values were made, in one line.
-    how: String,
+    /// How the values of each material were made, in one line.
+    how: Vec<String>,
     relative_rms: f64,
     notes: Vec<String>,
 }
@@ -142,45 +147,57 @@ struct Wanted {
     periods: Option<u32>,
 }
 
-fn pictures(source: &Source, wanted: &Wanted, quality: &Quality, control: &Control<'_>) -> Result<Pictures> {
-    let &Wanted { ref slices, with_view, periods } = wanted;
+/// The values of one material or table, their relative RMS error, and what the user should know.
+fn plotted(source: &Source, slices: &Slices, quality: &Quality, control: &Control<'_>) -> Result<(Plotted, f64, Vec<String>)> {
     let pairs = slices.pairs();
     let percent = |e: f64| format!("{:.2} %", 100.0 * e);
-    let (name, values, how, relative_rms, notes): (&str, Vec<Value>, String, f64, Vec<String>) = match source {
+    let (name, values, made, relative_rms, notes): (&str, Vec<Value>, String, f64, Vec<String>) = match source {
         Source::Material(material, surface) => {
-            let share = if with_view { VALUES } else { 1.0 };
-            let progress = |stage: &str, done: f64| (control.progress)(stage, share * done);
-            let result = filter::effective(surface, &pairs, quality, &Control { progress: &progress, ..*control })?;
-            let summary = result.summary;
+            let filter::Effective { values, summary } = filter::effective(surface, &pairs, quality, control)?;
             let rms = percent(summary.relative_rms);
-            let how = format!("method {}, {} facets, relative RMS error {rms}, seed {}", summary.method, summary.facets, quality.seed);
+            let made = format!("method {}, {} facets, relative RMS error {rms}, seed {}", summary.method, summary.facets, quality.seed);
             let notes = surface.tile.notes.iter().cloned().chain(summary.notes).collect();
-            (&material.name, result.values, how, summary.relative_rms, notes)
+            (&material.name, values, made, summary.relative_rms, notes)
         }
         Source::Table(table) => {
             let about = &table.about;
             let values = pairs.par_iter().map(|p| table.eval(p.wi, p.wo)).collect();
-            let how = format!(
+            let made = format!(
                 "baked table of {} rings, {} facets, relative RMS error between the nodes {}, seed {}",
                 table.grid().rings(),
                 about.facets,
                 percent(about.error.relative_rms),
                 about.seed
             );
-            (&about.name, values, how, about.error.relative_rms, about.notes.clone())
+            (&about.name, values, made, about.error.relative_rms, about.notes.clone())
         }
     };
     if values.iter().any(|v| v.fhat.iter().chain(&v.se).any(|x| !x.is_finite())) {
         return Err(Error::Numeric("a value is not finite; please report this".to_owned()));
     }
-    let polar = slices.draw(name, &how, &values);
+    Ok((Plotted { name: name.to_owned(), made, values }, relative_rms, notes))
+}
+
+fn pictures(sources: &[Source], wanted: &Wanted, quality: &Quality, control: &Control<'_>) -> Result<Pictures> {
+    let &Wanted { ref slices, with_view, periods } = wanted;
+    let share = if with_view { VALUES } else { 1.0 } / sources.len() as f64;
+    let (mut materials, mut notes, mut relative_rms) = (Vec::new(), Vec::new(), 0.0_f64);
+    for (k, source) in sources.iter().enumerate() {
+        let of_source = share * k as f64..share * (k + 1) as f64;
+        let (material, rms, said) = control.part(of_source, |control| plotted(source, slices, quality, control))?;
+        let place = |note: String| if sources.len() > 1 { format!("{}: {note}", material.name) } else { note };
+        notes.extend(said.into_iter().map(place));
+        relative_rms = relative_rms.max(rms);
+        materials.push(material);
+    }
+    let polar = slices.draw(&materials);
     let mut files = vec![polar.finish(None).into_bytes(), figure::png(&polar.rasterise(POLAR_SCALE, None)?)?];
-    if let (Source::Material(material, surface), true) = (source, with_view) {
-        let progress = |stage: &str, done: f64| (control.progress)(stage, VALUES + (1.0 - VALUES) * done);
-        let view = view::view(material, surface, periods, &Control { progress: &progress, ..*control })?;
+    if let ([Source::Material(material, surface)], true) = (sources, with_view) {
+        let view = control.part(VALUES..1.0, |control| view::view(material, surface, periods, control))?;
         files.push(view.strip.finish(Some((&figure::png(&view.pixels)?, view.height))).into_bytes());
         files.push(figure::png(&view.strip.rasterise(f32::from(view::SCALE), Some(&view.pixels))?)?);
     }
+    let how = materials.into_iter().map(|m| if sources.len() > 1 { format!("{}: {}", m.name, m.made) } else { m.made }).collect();
     Ok(Pictures { files, how, relative_rms, notes })
 }
 
@@ -194,11 +211,13 @@ impl Folder {
     /// Makes the folder and checks that its files can be written.
     fn new(args: &PlotArgs, with_view: bool) -> Result<Self> {
         let folder = MadeFolder::create(&args.output)?;
-        let stem = args.input.file_stem().unwrap_or_default().to_string_lossy();
+        let stems: Vec<_> = args.inputs.iter().map(|input| input.file_stem().unwrap_or_default().to_string_lossy()).collect();
+        let stem = stems.join("-and-");
+        let inputs: Vec<&Path> = args.inputs.iter().map(PathBuf::as_path).collect();
         let names = if with_view { &ENDINGS[..] } else { &ENDINGS[..2] };
         let target = |ending: &str| {
             let path = folder.path().join(format!("{stem}-{ending}"));
-            let target = Target::new(&path, args.force, &[&args.input], |file| output::has_mark(file, figure::MARK))?;
+            let target = Target::new(&path, args.force, &inputs, |file| output::has_mark(file, figure::MARK))?;
             Ok((path, target))
         };
         Ok(Self { files: names.iter().map(|ending| target(ending)).collect::<Result<_>>()?, _folder: folder })

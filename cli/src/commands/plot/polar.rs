@@ -35,6 +35,21 @@ const LIGHT: &str = "#d08b00";
 /// Channels with their colours and the widths of their curves: where two coincide, both show.
 const CHANNELS: [(&str, &str, f64); 3] = [("red", "#d3222f", 2.7), ("green", "#1c9a44", 1.9), ("blue", "#1f4fc4", 1.2)];
 
+/// Dashes of the curves of each material where there are several, and their colours where all channels are one curve.
+const MATERIALS: [(&str, &str); MOST_MATERIALS] = [("", INK), ("9 5", "#b8336a"), ("2 4", "#2f7f9f"), ("11 4 2 4", "#8a6d1d")];
+/// Most materials in one plot.
+pub const MOST_MATERIALS: usize = 4;
+
+/// What one material shows.
+#[derive(Clone, Debug)]
+pub struct Plotted {
+    pub name: String,
+    /// How the values were made, in one line.
+    pub made: String,
+    /// Values at [`Slices::pairs`].
+    pub values: Vec<Value>,
+}
+
 /// What is plotted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Quantity {
@@ -97,21 +112,28 @@ impl Slices {
         pairs
     }
 
-    /// The figure of the values at [`Self::pairs`]; `made` says how they were computed.
-    pub fn draw(&self, name: &str, made: &str, values: &[Value]) -> Svg {
+    /// The figure of one material, or of several with the same scales; at most [`MOST_MATERIALS`].
+    pub fn draw(&self, materials: &[Plotted]) -> Svg {
         let columns = self.incidences_deg.len() as f64;
-        let mut svg = Svg::new((2.0 * MARGIN + columns * COLUMN).max(720.0), HEAD + 2.0 * ROW + FOOT);
+        let more = 17.0 * (materials.len() as f64 - 1.0);
+        let mut svg = Svg::new((2.0 * MARGIN + columns * COLUMN).max(720.0), HEAD + 2.0 * ROW + FOOT + more);
         let width = svg.width;
-        svg.text([MARGIN, 34.0], 20.0, Anchor::Start, INK, name);
+        let names: Vec<&str> = materials.iter().map(|m| m.name.as_str()).collect();
+        svg.text([MARGIN, 34.0], 20.0, Anchor::Start, INK, &names.join(", "));
         let what = format!("{} (1/sr), light at azimuth {}°", self.quantity.name(), short(self.azimuth_deg));
         svg.text([MARGIN, 57.0], 13.0, Anchor::Start, GREY, &what);
-        let panels: Vec<Panel> = values
-            .chunks(angles().count())
-            .zip(PLANES.iter().flat_map(|p| self.incidences_deg.iter().map(move |&i| (p, i))))
-            .map(|(values, ((plane, _), incidence))| Panel::new(self, plane, incidence, values))
+        let count = angles().count();
+        let panels: Vec<Panel> = PLANES
+            .iter()
+            .flat_map(|plane| self.incidences_deg.iter().map(move |&incidence| (plane.0, incidence)))
+            .enumerate()
+            .map(|(k, (plane, incidence))| {
+                let of_panel: Vec<&[Value]> = materials.iter().map(|m| &m.values[k * count..(k + 1) * count]).collect();
+                Panel::new(self, plane, incidence, &of_panel)
+            })
             .collect();
         let grey = panels.iter().all(|p| p.grey);
-        legend(&mut svg, grey);
+        legend(&mut svg, grey, &names);
         let left = (width - columns * COLUMN) / 2.0;
         for (i, panel) in panels.iter().enumerate() {
             let (row, column) = (i / self.incidences_deg.len(), i % self.incidences_deg.len());
@@ -119,31 +141,52 @@ impl Slices {
             panel.draw(&mut svg, centre, &format!("clip{i}"));
         }
         let bottom = svg.height;
-        svg.text([MARGIN, bottom - 34.0], 12.0, Anchor::Start, INK, &caption(&panels));
-        svg.text([MARGIN, bottom - 15.0], 12.0, Anchor::Start, GREY, made);
+        svg.text([MARGIN, bottom - 34.0 - more], 12.0, Anchor::Start, INK, &caption(&panels));
+        for (k, material) in materials.iter().enumerate() {
+            let made = if materials.len() > 1 { format!("{}: {}", material.name, material.made) } else { material.made.clone() };
+            svg.text([MARGIN, bottom - 15.0 - more + 17.0 * k as f64], 12.0, Anchor::Start, GREY, &made);
+        }
         svg
     }
 }
 
-/// Colours of the curves, at the top right.
-fn legend(svg: &mut Svg, grey: bool) {
-    let entries = if grey { vec![("red = green = blue", INK, 1.8)] } else { CHANNELS.to_vec() };
-    let mut x = svg.width - 2.0 * MARGIN;
-    for (name, colour, width) in entries.into_iter().rev() {
-        svg.text([x, 34.0], 13.0, Anchor::End, INK, name);
-        // The embedded font's letters are .6 of their size wide on average.
-        x -= 13.0 * 0.6 * name.len() as f64 + 8.0;
-        svg.line([x - 22.0, 29.5], [x, 29.5], stroke(colour, width));
-        x -= 44.0;
+/// Colours of the curves, at the top right, and the dashes of each material where there are several.
+fn legend(svg: &mut Svg, grey: bool, names: &[&str]) {
+    let channel = |(name, colour, width): (&'static str, &'static str, f64)| (name, stroke(colour, width));
+    let channels = if grey { vec![("red = green = blue", stroke(INK, 1.8))] } else { CHANNELS.map(channel).to_vec() };
+    let dashed = |(name, (dashes, colour)): (&&str, (&'static str, &'static str))| {
+        (shortened(name), Stroke { dashes, ..stroke(if grey { colour } else { INK }, 1.8) })
+    };
+    let materials: Vec<(String, Stroke<'_>)> = names.iter().zip(MATERIALS).map(dashed).collect();
+    let mut line = |entries: Vec<(&str, Stroke<'_>)>, y: f64| {
+        let mut x = svg.width - 2.0 * MARGIN;
+        for (name, stroke) in entries.into_iter().rev() {
+            svg.text([x, y], 13.0, Anchor::End, INK, name);
+            // The embedded font's letters are .6 of their size wide on average.
+            x -= 13.0 * 0.6 * name.chars().count() as f64 + 8.0;
+            svg.line([x - 34.0, y - 4.5], [x, y - 4.5], stroke);
+            x -= 56.0;
+        }
+    };
+    if names.len() == 1 || !grey {
+        line(channels, 34.0);
     }
+    if names.len() > 1 {
+        line(materials.iter().map(|(name, stroke)| (name.as_str(), *stroke)).collect(), 57.0);
+    }
+}
+
+/// A name that fits into the legend.
+fn shortened(name: &str) -> String {
+    if name.chars().count() <= 24 { name.to_owned() } else { name.chars().take(23).chain(['…']).collect() }
 }
 
 /// One half disc.
 struct Panel {
     plane: &'static str,
     incidence_deg: f64,
-    /// Value and standard error of each channel at each angle.
-    values: Vec<([f64; 3], [f64; 3])>,
+    /// For each material value and standard error of each channel at each angle.
+    values: Vec<Vec<([f64; 3], [f64; 3])>>,
     /// Value at the rim, and distance of the rings.
     rim: f64,
     step: f64,
@@ -154,15 +197,15 @@ struct Panel {
 }
 
 impl Panel {
-    fn new(slices: &Slices, plane: &'static str, incidence_deg: f64, values: &[Value]) -> Self {
+    fn new(slices: &Slices, plane: &'static str, incidence_deg: f64, materials: &[&[Value]]) -> Self {
         let wi = direction(incidence_deg, slices.azimuth_deg);
-        let values: Vec<_> = values.iter().map(|v| slices.quantity.of(v, wi)).collect();
+        let values: Vec<Vec<_>> = materials.iter().map(|values| values.iter().map(|v| slices.quantity.of(v, wi)).collect()).collect();
         let top = |limit: i32| {
-            let inside = angles().zip(&values).filter(|(a, _)| a.abs() <= limit);
+            let inside = values.iter().flat_map(|values| angles().zip(values)).filter(|(a, _)| a.abs() <= limit);
             inside.flat_map(|(_, (v, se))| v.iter().zip(se).map(|(v, se)| v + se)).fold(0.0, f64::max)
         };
         let (rim, step) = nice_scale(top(SCALE_ANGLE_DEG));
-        let grey = values.iter().all(|(v, _)| v.iter().all(|x| (x - v[0]).abs() <= SAME * rim));
+        let grey = values.iter().flatten().all(|(v, _)| v.iter().all(|x| (x - v[0]).abs() <= SAME * rim));
         Self { plane, incidence_deg, cut: top(LAST_ANGLE_DEG) > 1.02 * rim, grey, rim, step, values }
     }
 
@@ -196,12 +239,28 @@ impl Panel {
         svg.line(at(-90.0, RADIUS), at(90.0, RADIUS), stroke(GREY, 1.0));
         self.draw_light(svg, centre, &at);
         svg.clip_half_disc(clip, centre, RADIUS);
+        for (values, style) in self.values.iter().zip(MATERIALS) {
+            self.draw_curves(svg, values, style, clip, &at);
+        }
+        let title = format!("light at {}°, viewer {}", short(self.incidence_deg), self.plane);
+        svg.text([centre[0], centre[1] + 34.0], 12.5, Anchor::Middle, INK, &title);
+    }
+
+    /// The curves of one material and their error bars.
+    fn draw_curves(
+        &self,
+        svg: &mut Svg,
+        values: &[([f64; 3], [f64; 3])],
+        (dashes, grey): (&'static str, &'static str),
+        clip: &str,
+        at: &dyn Fn(f64, f64) -> [f64; 2],
+    ) {
         let point = |angle: i32, value: f64| at(f64::from(angle), RADIUS * value / self.rim);
-        let curves: &[(&str, &str, f64)] = if self.grey { &[("all", INK, 1.8)] } else { &CHANNELS };
+        let curves: &[(&str, &str, f64)] = if self.grey { &[("all", grey, 1.8)] } else { &CHANNELS };
         for (c, (_, colour, width)) in curves.iter().enumerate() {
-            let curve: Vec<[f64; 2]> = angles().zip(&self.values).map(|(a, (v, _))| point(a, v[c])).collect();
-            svg.clipped_path(&curve, stroke(colour, *width), Some(clip));
-            for (a, (v, se)) in angles().zip(&self.values).filter(|(a, _)| a % BAR_STEP_DEG == 0) {
+            let curve: Vec<[f64; 2]> = angles().zip(values).map(|(a, (v, _))| point(a, v[c])).collect();
+            svg.clipped_path(&curve, Stroke { dashes, ..stroke(colour, *width) }, Some(clip));
+            for (a, (v, se)) in angles().zip(values).filter(|(a, _)| a % BAR_STEP_DEG == 0) {
                 if 2.0 * se[c] / self.rim * RADIUS >= SMALLEST_BAR {
                     let (low, high) = (point(a, (v[c] - se[c]).max(0.0)), point(a, v[c] + se[c]));
                     svg.clipped_path(&[low, high], stroke(colour, 1.0), Some(clip));
@@ -217,8 +276,6 @@ impl Panel {
                 }
             }
         }
-        let title = format!("light at {}°, viewer {}", short(self.incidence_deg), self.plane);
-        svg.text([centre[0], centre[1] + 34.0], 12.5, Anchor::Middle, INK, &title);
     }
 
     /// An arrow along the light; across its plane the light is seen end on, and only its elevation would mislead.
@@ -242,7 +299,7 @@ impl Panel {
 fn caption(panels: &[Panel]) -> String {
     let (mut largest, mut drawn) = (0.0_f64, false);
     for panel in panels {
-        for (_, (_, se)) in angles().zip(&panel.values).filter(|(a, _)| a % BAR_STEP_DEG == 0) {
+        for (_, (_, se)) in panel.values.iter().flat_map(|values| angles().zip(values)).filter(|(a, _)| a % BAR_STEP_DEG == 0) {
             for se in se {
                 largest = largest.max(se / panel.rim);
                 drawn |= 2.0 * se / panel.rim * RADIUS >= SMALLEST_BAR;
@@ -250,7 +307,7 @@ fn caption(panels: &[Panel]) -> String {
         }
     }
     let percent = format!("{:.2} %", 100.0 * largest);
-    let bars = if panels.iter().all(|p| p.values.iter().all(|(v, _)| *v == [0.0; 3])) {
+    let bars = if panels.iter().all(|p| p.values.iter().flatten().all(|(v, _)| *v == [0.0; 3])) {
         "All values are 0.".to_owned()
     } else if drawn {
         format!("Bars: ± one standard error, where longer than the line is wide; the largest is {percent} of its rim.")
@@ -297,6 +354,22 @@ mod tests {
         slices().pairs().iter().map(value).collect()
     }
 
+    fn plotted(name: &str, made: &str, factors: [f64; 3], error: f64) -> Plotted {
+        Plotted { name: name.to_owned(), made: made.to_owned(), values: lambertian(factors, error) }
+    }
+
+    #[test]
+    fn several_materials_share_a_scale_and_are_told_apart() {
+        let two = [plotted("wool", "direct", [0.8, 0.4, 0.1], 0.0), plotted("silk", "sg", [0.2, 0.3, 0.4], 0.0)];
+        let text = slices().draw(&two).finish(None);
+        assert!(text.contains("wool, silk") && text.contains("wool: direct") && text.contains("silk: sg"), "{text}");
+        assert!(text.contains("stroke-dasharray=\"9 5\""), "the second is dashed");
+        // Rims of each alone would differ: .3 and .15.
+        let panel = |of: &[&Plotted]| Panel::new(&slices(), "p", 0.0, &of.iter().map(|m| &m.values[..179]).collect::<Vec<_>>()).rim;
+        assert_eq!(panel(&[&two[0], &two[1]]), panel(&[&two[0]]));
+        assert!(panel(&[&two[1]]) < panel(&[&two[0]]));
+    }
+
     #[test]
     fn the_mirror_direction_is_to_the_right_and_the_light_to_the_left() {
         let pairs = slices().pairs();
@@ -318,7 +391,7 @@ mod tests {
             ([0.5; 3], 1e-4, "too small to see"),
             ([0.0; 3], 0.0, "All values are 0"),
         ] {
-            let text = slices().draw("copper & <wool>", "direct, 8192 facets", &lambertian(factors, error)).finish(None);
+            let text = slices().draw(&[plotted("copper & <wool>", "direct, 8192 facets", factors, error)]).finish(None);
             assert!(text.contains("copper &amp; &lt;wool&gt;") && text.contains("8192 facets") && text.contains(says), "{text}");
             assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
             assert!(text.contains("light at 30°") && text.contains("(1/sr)") && text.contains("60°"));
@@ -327,13 +400,13 @@ mod tests {
 
     #[test]
     fn equal_channels_are_one_curve() {
-        let text = slices().draw("grey", "", &lambertian([0.5; 3], 0.0)).finish(None);
+        let text = slices().draw(&[plotted("grey", "", [0.5; 3], 0.0)]).finish(None);
         assert!(text.contains("red = green = blue") && !text.contains(CHANNELS[0].1));
     }
 
     #[test]
     fn the_same_values_make_the_same_bytes() {
-        let draw = || slices().draw("a", "b", &lambertian([0.8, 0.4, 0.1], 0.05));
+        let draw = || slices().draw(&[plotted("a", "b", [0.8, 0.4, 0.1], 0.05)]);
         assert_eq!(draw().finish(None), draw().finish(None));
         assert_eq!(draw().rasterise(1.0, None).unwrap().data(), draw().rasterise(1.0, None).unwrap().data());
     }

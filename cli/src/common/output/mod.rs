@@ -14,7 +14,7 @@ pub use ending::{ending, unknown_ending};
 pub use failure::{Description, Failure};
 pub use made_folder::MadeFolder;
 pub use mark::{begins_with, has_mark};
-pub use streams::{is_broken_pipe, print, print_json, say, tell};
+pub use streams::{ColourChoice, choose_colour, is_broken_pipe, print, print_json, say, say_error, tell};
 pub use target::{Target, remove_unfinished};
 #[cfg(feature = "capture")]
 pub use whole_folder::OutputFolder;

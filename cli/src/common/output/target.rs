@@ -89,6 +89,11 @@ impl Target {
         Self { path: PathBuf::from("-"), kind: Kind::Stdout }
     }
 
+    /// The file as the user named it.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Whether this is standard output.
     pub fn is_stdout(&self) -> bool {
         self.kind == Kind::Stdout
