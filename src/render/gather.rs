@@ -2,9 +2,8 @@
 //! to the viewer and to each light that reaches them, in the tile's frame. Nothing here depends on how the materials reflect.
 
 use super::layers::Cover;
-use super::light_sampling::LEAST_LIGHTS;
 use super::mapping::Footprint;
-use super::scene::{Camera, Light, Lighting, Scene};
+use super::scene::{Camera, LEAST_LIGHTS, Light, Lighting, Scene};
 use super::world::{MAX_SURFACES, NOTHING, SurfacePoint, World, turned_by};
 use crate::direction::MIN_COSINE;
 use crate::error::Result;

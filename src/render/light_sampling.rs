@@ -5,31 +5,16 @@
 
 use super::compare::difference;
 use super::environment_lighting::LEAST_TOLERANCE;
-use super::renderer::render_lights;
-use super::scene::{Lighting, Scene};
+use super::renderer::{LightSampling, render_lights};
+use super::scene::{LEAST_LIGHTS, Lighting, Scene};
 use crate::error::Result;
 use crate::filter::{Control, Quality};
 use crate::numerics::cast::truncate_u32;
 
 /// Pixels across of the small pictures. Chosen, not measured: about 1,000 pixels of objects tell an RMS to a few per cent.
 const SMALL_WIDTH: u32 = 48;
-/// Lights where a scene names no number, at least: the number of Wu et al. 2011, section 6.
-pub const LEAST_LIGHTS: u32 = 32;
-/// The same, at most: 460 lights take 13 times as long as 32 (`samples/scenes/cup.toml` without `lights`, tolerance .03). Chosen, not measured.
+/// Lights where a scene names no number, at most: 460 lights take 13 times as long as 32 (`samples/scenes/cup.toml` without `lights`, tolerance .03). Chosen, not measured.
 pub const MOST_LIGHTS: u32 = 128;
-
-/// The sampling of an environment.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LightSampling {
-    /// Directional lights that stand for the environment.
-    pub lights: u32,
-    /// Whether the tolerance chose their number, since the scene names none.
-    pub chosen: bool,
-    /// Relative RMS error of the pixels that show objects, by the choice of the lights.
-    pub relative_rms: f64,
-    /// Pixels at which it was measured.
-    pub pixels: usize,
-}
 
 /// The number of lights that stand for a scene's environment, and their error; none where no environment is sampled, or where the camera sees no object.
 ///

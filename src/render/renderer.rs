@@ -2,7 +2,6 @@
 
 use super::environment_lighting::EnvironmentReport;
 use super::gather::{View, gather, lights};
-use super::light_sampling::LightSampling;
 use super::picture::Picture;
 use super::query_plan::{PROBES, QueryPlan, full_table};
 use super::query_table::QueryTable;
@@ -41,6 +40,19 @@ pub struct Rendered {
     pub notes: Vec<String>,
     /// How it was done, for who knows the methods.
     pub details: Vec<String>,
+}
+
+/// The sampling of an environment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightSampling {
+    /// Directional lights that stand for the environment.
+    pub lights: u32,
+    /// Whether the tolerance chose their number, since the scene names none.
+    pub chosen: bool,
+    /// Relative RMS error of the pixels that show objects, by the choice of the lights.
+    pub relative_rms: f64,
+    /// Pixels at which it was measured.
+    pub pixels: usize,
 }
 
 /// How the values of one material were made.

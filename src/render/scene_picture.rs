@@ -2,8 +2,8 @@
 
 use super::compare::difference;
 use super::environment_lighting::{EnvironmentLit, EnvironmentReport, LEAST_TOLERANCE, PictureError};
-use super::light_sampling::{LightSampling, light_sampling};
-use super::renderer::{Rendered, render_lights};
+use super::light_sampling::light_sampling;
+use super::renderer::{LightSampling, Rendered, render_lights};
 use super::scene::{Lighting, Scene};
 use crate::error::{Error, Result};
 use crate::filter::{Control, Quality};

@@ -119,7 +119,7 @@ impl Latest {
     }
 
     /// What is to be said now, which takes it away.
-    fn to_say(&mut self, now: f64) -> Vec<String> {
+    fn take_texts(&mut self, now: f64) -> Vec<String> {
         if let (Some(left), true) = (self.left(now), now >= LONG.1)
             && left >= LONG.0
             && let Some(advice) = self.advice.take()
@@ -159,7 +159,7 @@ fn show(latest: &Mutex<Latest>, ended: Receiver<()>, start: Instant) {
         bar.set_style(ProgressStyle::with_template("{wide_bar} {percent:>3} % {msg}").expect("the template is right"));
         loop {
             let mut state = state();
-            state.to_say(now()).iter().for_each(|text| bar.println(text));
+            state.take_texts(now()).iter().for_each(|text| bar.println(text));
             bar.set_message(format!("{} s{}: {}", now().trunc(), state.left_in_words(now()), state.stage));
             bar.set_position(truncate_u64(state.share.min(ALMOST) * STEPS as f64));
             drop(state);
@@ -172,7 +172,7 @@ fn show(latest: &Mutex<Latest>, ended: Receiver<()>, start: Instant) {
         let mut next_line = 0.0;
         loop {
             let mut state = state();
-            let mut lines = state.to_say(now());
+            let mut lines = state.take_texts(now());
             if now() >= next_line {
                 next_line = now() + BETWEEN_LINES.as_secs_f64();
                 let percent = 100.0 * state.share.min(ALMOST);
@@ -216,7 +216,7 @@ mod tests {
         latest.report("sums", 0.55, 42.0);
         let left = latest.left(42.0).unwrap();
         assert!((left - 40.0).abs() < 1e-9, "{left}");
-        assert_eq!(latest.to_say(42.0), ["it will take 100 s"], "and no advice after it");
+        assert_eq!(latest.take_texts(42.0), ["it will take 100 s"], "and no advice after it");
     }
 
     #[test]
@@ -225,8 +225,8 @@ mod tests {
         for second in 1..=12 {
             latest.report("rays", 0.001 * f64::from(second), f64::from(second));
         }
-        assert_eq!(latest.to_say(12.0), ["this will take about 15 min more; a looser `--tolerance` takes less"]);
-        assert!(latest.to_say(13.0).is_empty());
+        assert_eq!(latest.take_texts(12.0), ["this will take about 15 min more; a looser `--tolerance` takes less"]);
+        assert!(latest.take_texts(13.0).is_empty());
     }
 
     #[test]

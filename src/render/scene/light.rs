@@ -8,6 +8,8 @@ use glam::DVec3;
 
 /// Most lights of a file, and most directional lights that stand for an environment.
 pub(super) const MAX_LIGHTS: u32 = 4096;
+/// Lights where a scene names no number, at least: the number of Wu et al. 2011, section 6.
+pub const LEAST_LIGHTS: u32 = 32;
 /// Kinds of lights.
 const KINDS: [&str; 2] = ["directional", "point"];
 

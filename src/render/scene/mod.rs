@@ -17,7 +17,7 @@ mod shape;
 pub use camera::Camera;
 pub use exposure::Exposure;
 pub use file::{SCENE_TEMPLATE, Scene};
-pub use light::{Light, Lighting, Surroundings};
+pub use light::{LEAST_LIGHTS, Light, Lighting, Surroundings};
 pub use material::SceneMaterial;
 pub use object::Object;
 pub use shape::Shape;

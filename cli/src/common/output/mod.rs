@@ -1,5 +1,6 @@
 //! What a command leaves behind: files that are whole or not there, JSON and text on standard output, words on standard error.
 
+mod colour;
 mod ending;
 mod failure;
 mod made_folder;
@@ -10,11 +11,12 @@ mod target;
 #[cfg(feature = "capture")]
 mod whole_folder;
 
+pub use colour::{ColourChoice, choose_colour};
 pub use ending::{ending, unknown_ending};
 pub use failure::{Description, Failure};
 pub use made_folder::MadeFolder;
 pub use mark::{begins_with, has_mark};
-pub use streams::{ColourChoice, choose_colour, is_broken_pipe, print, print_json, say, say_error, tell};
+pub use streams::{is_broken_pipe, print, print_json, say, say_error, tell};
 pub use target::{Target, remove_unfinished};
 #[cfg(feature = "capture")]
 pub use whole_folder::OutputFolder;

@@ -1,10 +1,10 @@
 //! JSON and text on standard output, words on standard error.
 
+use super::colour::is_coloured;
 use crate::common::options::CommonArgs;
 use biscale::error::{Error, Result};
 use serde::Serialize;
-use std::io::{self, BufWriter, IsTerminal, Write};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::io::{self, BufWriter, Write};
 
 /// Bytes that a [`BufWriter`] of this program gathers: 1 MiB, so that millions of rows are few system calls. Chosen, not measured.
 pub const BUFFER: usize = 1 << 20;
@@ -46,42 +46,9 @@ pub fn say(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{text}");
 }
 
-/// When standard error is coloured.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub enum ColourChoice {
-    /// On a terminal, unless NO_COLOR is set
-    #[default]
-    Auto,
-    /// Always
-    Always,
-    /// Never
-    Never,
-}
-
-/// Whether standard error is coloured.
-static COLOURED: AtomicBool = AtomicBool::new(false);
-
-/// Chooses whether what [`say_error`] says is coloured; the answer is for clap's own errors.
-pub fn choose_colour(choice: ColourChoice) -> clap::ColorChoice {
-    let coloured = match choice {
-        ColourChoice::Always => true,
-        ColourChoice::Never => false,
-        ColourChoice::Auto => {
-            let set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
-            io::stderr().is_terminal() && !set("NO_COLOR") && std::env::var_os("TERM").is_none_or(|term| term != "dumb")
-        }
-    };
-    COLOURED.store(coloured, Ordering::Relaxed);
-    match choice {
-        ColourChoice::Auto => clap::ColorChoice::Auto,
-        ColourChoice::Always => clap::ColorChoice::Always,
-        ColourChoice::Never => clap::ColorChoice::Never,
-    }
-}
-
 /// Says an error, in the colours of clap's.
 pub fn say_error(text: &str) {
-    let head = if COLOURED.load(Ordering::Relaxed) { "\x1b[1m\x1b[31merror:\x1b[0m" } else { "error:" };
+    let head = if is_coloured() { "\x1b[1m\x1b[31merror:\x1b[0m" } else { "error:" };
     say(&format!("{head} {text}"));
 }
 
