@@ -6,7 +6,8 @@
 //! what a table interpolates there, its bias. Tables are refined from [`FIRST_RINGS`] rings on until the two errors, added in
 //! squares, keep the tolerance, or to [`max_rings`].
 //!
-//! The table's error falls as `1 / rings²`, its cost rises as `rings⁴`: each finer table is as fine as that law asks for.
+//! A table's error falls as a power of its rings that two cheap tables tell, its cost rises as `rings⁴`: each finer table is as fine as that
+//! power asks for.
 
 use super::effective_table::{EffectiveTable, TableError, TableOrigin, max_rings, value_count, value_index};
 use super::forecast::{BakeForecast, Costs, FACET_SHARE, Refinement};
@@ -152,8 +153,9 @@ pub fn build(
     };
     tables.costs.add(&probes.summary, probes.pairs.len());
     let mut rings = fixed.unwrap_or(FIRST_RINGS);
-    // What is left after the first table is known only once it is made.
+    // What is left after the first tables is known only once they are made.
     let mut left = PROBES_PROGRESS.recip();
+    let mut before = None;
     loop {
         let is_last = rings == limit || fixed.is_some();
         let (from, to) = done.step(1.0, if is_last { 1.0 } else { left }, is_last);
@@ -170,8 +172,13 @@ pub fn build(
             table.about = about(recipe, &probes, &table, error)?;
             return Ok(table);
         }
-        let refinement = Refinement { rings, reciprocal: probes.reciprocal, tolerance: quality.tolerance, facets, interpolation };
-        rings = refinement.rings_for(wanted);
+        let refinement = Refinement { rings, reciprocal: probes.reciprocal, tolerance: quality.tolerance, facets, interpolation, before };
+        before = Some((rings, interpolation));
+        let (next, is_expected_last) = refinement.next(wanted);
+        rings = next;
+        if !is_expected_last {
+            continue;
+        }
         left = 1.0;
         let blocks = |rings: usize| blocks(node_count(rings), probes.reciprocal);
         let forecast = refinement.forecast(rings, &tables.costs, &blocks);

@@ -47,7 +47,7 @@ const fn whole(rings: usize) -> i64 {
 /// Seconds from which on a forecast is told. Chosen, not measured.
 const TOLD_FROM: f64 = 20.0;
 /// How far a forecast may be off: see `docs/performance.md`, "Forecasts".
-const SPREAD: [f64; 2] = [0.6, 1.5];
+const SPREAD: [f64; 2] = [0.4, 1.6];
 
 /// Formats that formats.md promises for later.
 const LATER: [(&str, &str); 3] = [("bsdf", "RGL"), ("binary", "MERL"), ("xml", "Klems")];
@@ -112,7 +112,7 @@ fn foretold(forecast: &BakeForecast, tolerance: f64) -> String {
     let BakeForecast { rings, values, seconds, relative_rms, looser } = forecast;
     let [least, most] = SPREAD.map(|times| progress::duration(times * seconds));
     let mut text = format!(
-        "{:.1} million values on {rings} rings of directions will take about {}, from {least} to {most}",
+        "{:.1} million values on {rings} rings of directions will take about {} to compute, {least} to {most}",
         *values as f64 / 1e6,
         progress::duration(*seconds)
     );
