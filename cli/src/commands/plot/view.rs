@@ -8,7 +8,6 @@
 use crate::common::figure::{Anchor, Svg, stroke};
 use biscale::error::Result;
 use biscale::filter::Control;
-use biscale::geometry::Geometry;
 use biscale::material::{Material, SmallScale, Tint};
 use biscale::numerics::colour::srgb_byte;
 use biscale::visibility::{Hit, Occlusion, PeriodicBvh};
@@ -71,8 +70,6 @@ struct Scene {
     width: f64,
     /// What the middle of the picture looks at.
     middle: DVec3,
-    /// Whether the surface is made of things that each stand in one period, and lean over into others.
-    rooted: bool,
 }
 
 /// Periods of the longer side that are shown: fewer of a tile that holds many details.
@@ -86,7 +83,7 @@ fn periods(triangles: usize) -> u32 {
 }
 
 impl Scene {
-    fn new(surface: &SmallScale, periods: u32, rooted: bool) -> Self {
+    fn new(surface: &SmallScale, periods: u32) -> Self {
         let period = surface.tile.period;
         let side = f64::from(periods) * period.max_element();
         // As square as whole periods make it.
@@ -103,7 +100,7 @@ impl Scene {
         let middle = 0.5 * (low + high);
         let span = |axis: DVec3| axis.abs().dot(high - low);
         let width = span(right).max(span(up) * f64::from(WIDTH) / f64::from(HEIGHT)) / FILL;
-        Self { low, high, right, up, forward: -back, light, width, middle, rooted }
+        Self { low, high, right, up, forward: -back, light, width, middle }
     }
 
     /// Where a ray along [`Self::forward`] enters the block, on which axis, and how far it is to the other side.
@@ -135,8 +132,7 @@ fn colours(surface: &SmallScale) -> Vec<[f64; 3]> {
 /// Those of [`PeriodicBvh::new`], and interruption.
 pub fn view(material: &Material, surface: &SmallScale, count: Option<u32>, control: &Control<'_>) -> Result<View> {
     let bvh = PeriodicBvh::new(&surface.tile)?;
-    let rooted = matches!(material.geometry, Geometry::Rods(_));
-    let scene = Scene::new(surface, count.unwrap_or_else(|| periods(surface.tile.triangles.len())), rooted);
+    let scene = Scene::new(surface, count.unwrap_or_else(|| periods(surface.tile.triangles.len())));
     let colours = colours(surface);
     let (width, height) = (usize::from(WIDTH * SCALE), usize::from(HEIGHT * SCALE));
     let pixel = scene.width / width as f64;
@@ -181,7 +177,7 @@ fn shade(surface: &SmallScale, bvh: &PeriodicBvh, scene: &Scene, colours: &[[f64
     if axis < 2 && is_inside(bvh, start) {
         return SECTIONS[axis];
     }
-    let Some(hit) = first_hit(surface, bvh, scene, start, length - behind) else { return BACKGROUND };
+    let Some(hit) = bvh.closest(start, scene.forward, None).filter(|hit| hit.distance + behind <= length) else { return BACKGROUND };
     if !hit.front {
         return BACK;
     }
@@ -197,35 +193,6 @@ fn shade(surface: &SmallScale, bvh: &PeriodicBvh, scene: &Scene, colours: &[[f64
         Tint::Uniform(_) => [1.0; 3],
     };
     std::array::from_fn(|c| colours[covered][c] * tint[c] * light)
-}
-
-/// What a ray that enters the block at `start` meets first. Rods that lean in from behind the block, whose feet are cut away, are left out.
-fn first_hit(surface: &SmallScale, bvh: &PeriodicBvh, scene: &Scene, start: DVec3, mut left: f64) -> Option<Hit> {
-    let mut hit = bvh.closest(start, scene.forward, None);
-    while let Some(found) = hit {
-        left -= found.distance;
-        if left < 0.0 {
-            return None;
-        }
-        if !(scene.rooted && comes_from_behind(surface, scene, &found)) {
-            return Some(found);
-        }
-        hit = bvh.closest(found.position, scene.forward, Some(found.triangle));
-    }
-    None
-}
-
-/// Whether a hit lies on a translate of the tile that stands behind the block: the camera looks towards low x and high y.
-fn comes_from_behind(surface: &SmallScale, scene: &Scene, hit: &Hit) -> bool {
-    let [a, b, c] = surface.tile.corners(hit.triangle as usize);
-    let period = surface.tile.period;
-    // The ground, whose triangles are as large as a period, is everywhere.
-    let extent = (a.max(b).max(c) - a.min(b).min(c)).truncate() / period;
-    if extent.max_element() > 0.5 {
-        return false;
-    }
-    let shift = ((hit.position - (a + b + c) / 3.0).truncate() / period).round() * period;
-    shift.x < -0.5 * period.x || shift.y > scene.high.y - 0.5 * period.y
 }
 
 /// Whether a point lies inside of something solid: the way up leaves more often, through backs of faces, than it enters.
