@@ -4,6 +4,7 @@
 //! them fuses or reorders additions, every level gives the same bits.
 
 use pulp::{Arch, Simd, WithSimd};
+use std::ops::AddAssign;
 
 /// Numbers that kernels take at once.
 pub const LANES: usize = 16;
@@ -16,6 +17,20 @@ pub trait Kernel {
     type Output;
     /// Computes it.
     fn run(self) -> Self::Output;
+}
+
+/// Sum of `N` numbers, a power of two, halved again and again: short chains of additions.
+#[inline(always)]
+pub fn sum<T: Copy + AddAssign, const N: usize>(mut x: [T; N]) -> T {
+    let mut n = N;
+    while n > 1 {
+        n /= 2;
+        for r in 0..n {
+            let other = x[r + n];
+            x[r] += other;
+        }
+    }
+    x[0]
 }
 
 struct Vectorised<K>(K);

@@ -162,6 +162,57 @@ fn a_prepared_geometry_has_the_values_of_the_plan_under_any_brdf_and_says_where_
 }
 
 #[test]
+fn sums_for_each_sharpness_have_the_values_of_the_lobes() {
+    let truth = Truth::load("weave", "diffuse");
+    let control = Control::quiet();
+    let prepare = |plan: &str| {
+        let quality = self::plan(plan);
+        let Some(Plan::SphericalGaussian(plan)) = &quality.plan else { panic!("a plan of sg") };
+        prepare_lobes(&truth.surface, &truth.pairs, plan, 0, &control).unwrap()
+    };
+    let ggx = |alpha| Brdf::CookTorrance {
+        diffuse: [0.1; 3],
+        specular: [0.8, 0.5, 0.2],
+        alpha,
+        distribution: biscale::brdf::Distribution::Ggx,
+        f0: Some([0.1; 3]),
+    };
+    let covered = |brdf: &Brdf| {
+        let mut surfaces = truth.surface.surfaces.clone();
+        surfaces.iter_mut().for_each(|surface| surface.brdf = brdf.clone());
+        surfaces
+    };
+    let models = [
+        (Brdf::Lambert { albedo: [0.5, 0.2, 0.1] }, 1e-6),
+        (Brdf::BlinnPhong { diffuse: [0.1; 3], specular: [0.8; 3], exponent: 512.0 }, 1e-5),
+        (Brdf::Measured(Arc::new(Measured::fit("blue-fabric", 1.0).unwrap())), 1e-5),
+        (ggx(0.05), 1e-3),
+        (ggx(0.3), 0.02),
+        (Brdf::Ward { diffuse: [0.1; 3], specular: [0.5; 3], alpha: 0.2 }, 0.02),
+    ];
+    for plan in ["sg:improved:facets=2048:lobes=64:modes=6", "sg:paper:lobes=6:brdf=4:integral=closure"] {
+        let prepared = prepare(plan);
+        let expected: Vec<_> = models.iter().map(|(brdf, _)| prepared.evaluate(&covered(brdf), &control).unwrap()).collect();
+        let responses = prepared.into_responses(&control).unwrap();
+        for ((brdf, allowed), expected) in models.iter().zip(expected) {
+            let got = responses.evaluate(&covered(brdf), &control).unwrap();
+            let (mut difference, mut energy) = (0.0, 0.0);
+            for (g, e) in got.iter().zip(&expected) {
+                assert_eq!(g.av, e.av);
+                (0..3).for_each(|c| difference += (g.s[c] - e.s[c]).powi(2));
+                (0..3).for_each(|c| energy += e.s[c].powi(2));
+            }
+            let error = f64::sqrt(difference / energy);
+            assert!(energy > 0.0 && error < *allowed, "{plan}, {brdf:?}: {error}");
+        }
+    }
+    // One lobe of any sharpness is on no row.
+    let single = prepare("sg:improved:facets=2048:lobes=8:brdf=single").into_responses(&control).unwrap();
+    let refused = single.evaluate(&covered(&ggx(0.3)), &control).err().expect("not on the row").to_string();
+    assert!(refused.contains("surface 1") && refused.contains("`brdf=2`"), "{refused}");
+}
+
+#[test]
 fn what_it_cannot_do_it_declines_and_it_stops_when_asked() {
     let truth = Truth::load("vgroove", "diffuse");
     let run = |quality: &Quality, cancel: &AtomicBool| {

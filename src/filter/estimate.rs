@@ -57,22 +57,9 @@ pub fn value(s: &PairSums, area: &[f64; REPLICATES], samples: u32, cos_i: f64, s
     value
 }
 
-/// Sum of `N` numbers, a power of two, halved again and again: short chains of additions.
-#[inline(always)]
-fn sum<const N: usize>(mut x: [f64; N]) -> f64 {
-    let mut n = N;
-    while n > 1 {
-        n /= 2;
-        for r in 0..n {
-            x[r] += x[r + n];
-        }
-    }
-    x[0]
-}
-
 #[inline(always)]
 fn mean(sets: &[f64; REPLICATES]) -> f64 {
-    sum(*sets) / REPLICATES as f64
+    simd::sum(*sets) / REPLICATES as f64
 }
 
 /// Variances of the mean of all replicates, from the spread of the replicates, of the means of neighbouring two, and of neighbouring four.
@@ -99,7 +86,7 @@ fn variance<const N: usize>(deviations: &[f64; N]) -> f64 {
     for r in 0..N {
         squares[r] *= squares[r];
     }
-    sum(squares) * (1.0 / (N * (N - 1)) as f64)
+    simd::sum(squares) * (1.0 / (N * (N - 1)) as f64)
 }
 
 impl Spread {

@@ -57,7 +57,7 @@ pub use plan::{
 pub use prepared::Prepared;
 pub use quality::{MatrixCache, Method, MethodToRun, Quality};
 pub(crate) use query::{Query, QueryEntry};
-pub use spherical_gaussians::{LobeValue, PreparedLobes, prepare_lobes};
+pub use spherical_gaussians::{LobeResponses, LobeValue, PreparedLobes, prepare_lobes};
 pub(crate) use sums::{FacetSums, Views, visible_area};
 pub use tolerance::DEFAULT_TOLERANCE;
 pub use value::{Effective, LowRankFacts, Summary, Value};

@@ -13,7 +13,7 @@ use std::f64::consts::FRAC_PI_2;
 const ANGLES_PER_OCTAVE: usize = 6;
 /// Smallest angle, in widths: below it the peak is flat.
 const SMALLEST_ANGLE: f64 = 0.05;
-/// Sharpness of the sharpest lobe, times the width squared. `exp(-θ²/w²)` has 2.
+/// Least sharpness of the sharpest lobe, times the width squared. `exp(-θ²/w²)` has 2.
 const SHARPEST: f64 = 8.0;
 /// Least sharpness beside the constant: a lobe with half its value at 60 degrees.
 const BLUNTEST: f64 = 0.5;
@@ -148,13 +148,13 @@ fn lobe(sharpness: f64, angle: f64) -> f64 {
     (-2.0 * sharpness * (0.5 * angle).sin().powi(2)).exp()
 }
 
-/// 0, and a geometric row down from the sharpest.
+/// 0, and the powers of the ratio from the bluntest to the sharpest: sums of all widths share them, so that integrals with them can be kept.
 fn row_of_sharpness(width: f64, ratio: f64) -> Vec<f64> {
-    let sharpest = SHARPEST / (width * width);
-    let mut row: Vec<f64> =
-        std::iter::successors(Some(sharpest), |l| Some(l / ratio)).take_while(|l| *l > BLUNTEST).chain(std::iter::once(0.0)).collect();
-    row.reverse();
-    row
+    let power = |value: f64| value.ln() / ratio.ln();
+    // A power that is whole but for rounding is that one.
+    let last = (power(SHARPEST / (width * width)) - 1e-9).ceil();
+    let powers = std::iter::successors(Some((power(BLUNTEST) + 1e-9).ceil()), |k| Some(k + 1.0)).take_while(|k| *k <= last);
+    std::iter::once(0.0).chain(powers.map(|k| ratio.powf(k))).collect()
 }
 
 /// A geometric row of angles up to nearly a right angle, where most functions end.

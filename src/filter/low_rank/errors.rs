@@ -27,10 +27,14 @@ pub(super) fn raw_values(run: &mut LowRankRun<'_>, plan: &LowRankPlan, list: &[P
     }
 }
 
-/// Errors on the probes of values that a plan gave.
-pub(super) fn errors(run: &mut LowRankRun<'_>, plan: &LowRankPlan, probes: &Probes, raw: &[RawValue]) -> Result<ApproximationErrors> {
-    let (exact, facets) = exact(run, plan, probes)?;
-    Ok(ApproximationErrors { facets, bias: probes.relative_difference(&exact, raw) })
+/// Errors of the values `raw` of a list that a plan gave.
+pub(super) fn errors(run: &mut LowRankRun<'_>, plan: &LowRankPlan, list: &[Pair], raw: &[RawValue]) -> Result<ApproximationErrors> {
+    let probes = Probes::by_value(run.small, list, raw);
+    let (exact, facets) = exact(run, plan, &probes)?;
+    let began = run.now();
+    let total = probes.measure(run.small, run.sampler.seed, run.control, plan.facets(), raw)?;
+    run.took(Stage::Visibility, began);
+    Ok(ApproximationErrors { facets, bias: probes.relative_difference(&exact, raw), total })
 }
 
 /// Values of the probes by sums over a plan's facets one by one, and the relative RMS error that their spread tells.
@@ -47,14 +51,14 @@ const SETTINGS_PROGRESS: f64 = 0.5;
 /// Settings that are expected to be tried. Chosen, not measured.
 const SETTINGS_TRIED: f64 = 3.0;
 
-/// The improved variant's plan for the tolerance: facets until their error on the probes is small enough, then a map of normals until
+/// The improved variant's plan for the tolerance: facets, `most` at most, until their error on the probes is small enough, then a map of normals until
 /// the bias is.
-pub(super) fn adapt(run: &mut LowRankRun<'_>, probes: &Probes) -> Result<LowRankPlan> {
+pub(super) fn adapt(run: &mut LowRankRun<'_>, probes: &Probes, most: usize) -> Result<LowRankPlan> {
     let tolerance = run.quality.tolerance;
     let LowRankPlan::Improved { facets, mut normals, energy } = LowRankPlan::first(tolerance) else {
         unreachable!("the first plan is improved")
     };
-    let (facets, ..) = Probes::facets_within(FACET_SHARE * tolerance, facets, |facets| {
+    let (facets, exact, _) = Probes::facets_within(FACET_SHARE * tolerance, [facets, most], |facets| {
         exact(run, &LowRankPlan::Improved { facets, normals, energy }, probes)
     })?;
     let alone = probes.alone();
@@ -64,8 +68,7 @@ pub(super) fn adapt(run: &mut LowRankRun<'_>, probes: &Probes) -> Result<LowRank
         run.share = SETTINGS_PROGRESS * from..SETTINGS_PROGRESS * to;
         let plan = LowRankPlan::Improved { facets, normals, energy };
         let raw = raw_values(run, &plan, probes.pairs())?;
-        let found = errors(run, &plan, &alone, &raw.pairs)?;
-        if SAFETY * found.bias <= BIAS_SHARE * tolerance || normals == MAX_NORMALS {
+        if SAFETY * alone.relative_difference(&exact, &raw.pairs) <= BIAS_SHARE * tolerance || normals == MAX_NORMALS {
             run.share = run.share.end..1.0;
             return Ok(plan);
         }

@@ -11,8 +11,10 @@ use crate::filter::control::Control;
 use crate::filter::plan::{LowRankPlan, Plan, Variant};
 use crate::filter::probes::{ApproximationErrors, Probes, values_with_error};
 use crate::filter::quality::{Method, Quality};
-use crate::filter::tolerance::keeps;
+use crate::filter::query::Query;
+use crate::filter::tolerance::measured_keeps;
 use crate::filter::value::{Effective, Summary};
+use crate::filter::visible_facets::VisibleFacets;
 use crate::material::SmallScale;
 use crate::numerics::words::percent;
 use crate::visibility::MAX_PERIODS;
@@ -26,15 +28,17 @@ pub(in crate::filter) fn low_rank(small: &SmallScale, pairs: &[Pair], quality: &
     let given = quality.plan.as_ref().map(Plan::as_low_rank).transpose()?;
     let variant = given.map_or_else(|| quality.variant_of(Method::LowRank), |plan| plan.variant());
     let mut run = LowRankRun::new(small, variant, quality, control);
-    let probes = Probes::new(small, pairs);
     let plan = match (given, variant) {
         (Some(plan), _) => plan,
         (None, Variant::Paper) => LowRankPlan::PAPER,
-        (None, Variant::Improved) => adapt(&mut run, &probes)?,
+        (None, Variant::Improved) => {
+            let most = VisibleFacets::most(Query::new(pairs, small.is_reciprocal()).directions.len());
+            adapt(&mut run, &Probes::new(small, pairs), most)?
+        }
     };
     let raw = raw_values(&mut run, &plan, pairs)?;
-    let errors = errors(&mut run, &plan, &probes, &raw.pairs)?;
-    if given.is_none() && !keeps(errors.total(), quality.tolerance) {
+    let errors = errors(&mut run, &plan, pairs, &raw.pairs)?;
+    if given.is_none() && !measured_keeps(errors.total, quality.tolerance) {
         let why = match variant {
             Variant::Paper => "the published method has fixed settings; `variant improved` or `method direct` look for those that keep it",
             Variant::Improved => "no settings that this method allows itself keep it; `method direct` does",
@@ -53,7 +57,7 @@ fn result(mut run: LowRankRun<'_>, plan: &LowRankPlan, pairs: &[Pair], raw: RawV
         percent(errors.bias)
     ));
     let given_up = run.sampler.given_up();
-    let mut error = errors.total();
+    let mut error = errors.total;
     if given_up > 0 {
         // As in the direct method: their share is an error of every value.
         error = error.hypot(given_up as f64 / (plan.facets() as f64 * raw.directions as f64));

@@ -10,7 +10,7 @@ use std::str::FromStr;
 /// Facets that a run may have.
 const FACETS: RangeInclusive<usize> = 64..=MAX_FACETS;
 /// Most facets.
-pub const MAX_FACETS: usize = 1 << 17;
+pub const MAX_FACETS: usize = 1 << 18;
 /// Sides of the map of visibility directions.
 const DIRECTIONS: RangeInclusive<usize> = 2..=64;
 /// Sides of maps of normals.

@@ -4,14 +4,13 @@
 
 use super::least_squares::LeastSquares;
 use super::lobe_areas::{LobeArea, LobeFacets, PairAreas};
-use super::modes::{SAMPLE_PAIRS, VisibilityModes};
+use super::mode_query::ModeQuery;
+use super::modes::VisibilityModes;
 use super::normals::NormalLobes;
 use crate::filter::plan::AmplitudeFit;
 use crate::filter::query::Query;
 use crate::filter::sums::{of_task, split_by_task};
 use crate::filter::visible_facets::VisibleFacets;
-use crate::numerics::cast::truncate_usize;
-use crate::numerics::low_discrepancy::hash;
 use crate::simd::{self, Lanes};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -67,7 +66,7 @@ impl<'a> AmplitudeFinder<'a> {
         seen: &'a VisibleFacets,
         range: Range<usize>,
         lobes: &NormalLobes,
-        query: &Query,
+        query: &ModeQuery,
         fit: AmplitudeFit,
         count: usize,
         tinted: bool,
@@ -138,14 +137,12 @@ struct Room {
     areas: Vec<LobeArea>,
 }
 
-/// Visible areas of the lobes for some pairs of the query, a row a pair and channel: a pair of each of [`SAMPLE_PAIRS`] runs, by chance, since grids repeat.
-fn sample(facets: &LobeFacets<'_>, seen: &VisibleFacets, query: &Query) -> Vec<Vec<f32>> {
-    let runs = SAMPLE_PAIRS.min(query.pairs.len());
-    let start = |k: usize| k * query.pairs.len() / runs;
-    let of_run = |k: usize| {
-        let place = start(k) + truncate_usize(f64::from(hash(k as u32)) / 4_294_967_296.0 * (start(k + 1) - start(k)) as f64);
+/// Visible areas of the lobes for the pairs that modes are learnt from, a row a pair and channel.
+fn sample(facets: &LobeFacets<'_>, seen: &VisibleFacets, modes: &ModeQuery) -> Vec<Vec<f32>> {
+    let query = &modes.query;
+    let of_pair = |pair: &[u32; 2]| {
         let mut views = Vec::new();
-        for d in query.pairs[place].map(|d| d as usize) {
+        for d in pair.map(|d| d as usize) {
             facets.view(query.directions[d], seen.bits.row(d), &mut views);
         }
         let (light, viewer) = views.split_at(facets.view_len());
@@ -153,5 +150,5 @@ fn sample(facets: &LobeFacets<'_>, seen: &VisibleFacets, query: &Query) -> Vec<V
         simd::run(PairAreas { facets, views: [light, viewer], areas: &mut areas });
         (0..facets.channels()).map(|c| areas.iter().map(|a| a.visible[c]).collect()).collect::<Vec<Vec<f32>>>()
     };
-    (0..runs).into_par_iter().flat_map_iter(of_run).collect()
+    modes.learnt_from.par_iter().flat_map_iter(of_pair).collect()
 }

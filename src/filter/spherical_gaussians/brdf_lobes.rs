@@ -205,6 +205,17 @@ fn filled(numbers: &[f64]) -> Vec<Lanes> {
 }
 
 impl ZonalAmplitudes {
+    /// The same with the amplitudes of each sum at other places.
+    pub fn map(&self, moved: impl Fn(&Vec<Lanes>) -> Vec<Lanes>) -> Self {
+        let terms = |t: &Terms| Terms { zonal: moved(&t.zonal), harmonic: moved(&t.harmonic) };
+        match self {
+            Self::Same(amplitudes) => Self::Same(moved(amplitudes)),
+            Self::ByDifferenceAngle(table) => {
+                Self::ByDifferenceAngle(table.iter().map(|of| std::array::from_fn(|c| terms(&of[c]))).collect())
+            }
+        }
+    }
+
     /// Writes the amplitudes of a pair, whose half vector has cosine `i_dot_h` with the light; how many channels are different.
     pub fn at(&self, i_dot_h: f64, channels: &mut [Terms; 3]) -> usize {
         match self {

@@ -94,7 +94,7 @@ impl Kernel for PairIntegral<'_> {
 
 /// What is left of the factors of a BRDF where the amplitudes have both cosines.
 #[inline(always)]
-fn factor_at_half(fit: AmplitudeFit, brdf: &BrdfLobe<'_>, i_dot_h: f64) -> Option<f32> {
+pub fn factor_at_half(fit: AmplitudeFit, brdf: &BrdfLobe<'_>, i_dot_h: f64) -> Option<f32> {
     match fit {
         AmplitudeFit::Responsibilities => None,
         AmplitudeFit::LeastSquares | AmplitudeFit::NonNegative => {

@@ -10,7 +10,7 @@ use crate::filter::plan::AmplitudeFit;
 use crate::filter::visible_facets::VisibleFacets;
 use crate::numerics::cast::{index_u32, narrow};
 use crate::sg::{Lobe, MAX_SHARPNESS};
-use crate::simd::{Kernel, LANES, Lanes};
+use crate::simd::{self, Kernel, LANES, Lanes};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -158,7 +158,7 @@ impl Kernel for PairAreas<'_> {
                         facing[l] += faced;
                     }
                 }
-                let [projected, visible, facing] = [projected, visible, facing].map(|lanes| lanes.iter().sum::<f32>());
+                let [projected, visible, facing] = [projected, visible, facing].map(simd::sum);
                 out.projected[c] = projected;
                 out.visible[c] = if facing > 0.0 { area[c] * (visible / facing) } else { 0.0 };
             }

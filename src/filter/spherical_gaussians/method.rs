@@ -1,6 +1,7 @@
 //! The method, from a surface and pairs to values with errors, and the search for a tolerance.
 
 use super::amplitudes::AmplitudeFinder;
+use super::mode_query::ModeQuery;
 use super::modes::SAMPLE_PAIRS;
 use super::normals::NormalLobes;
 use super::surface::{SurfaceBrdf, SurfaceLobes};
@@ -13,10 +14,11 @@ use crate::filter::plan::{BrdfLobes, LobeCount, MAX_LOBES, Plan, SphericalGaussi
 use crate::filter::probes::{ApproximationErrors, Probes, RawValue, values_with_error};
 use crate::filter::quality::{Method, Quality};
 use crate::filter::query::{Query, QueryEntry};
-use crate::filter::tolerance::{SAFETY, keeps};
+use crate::filter::tolerance::{MEASURED_SAFETY, SAFETY, measured_keeps, needed};
 use crate::filter::value::{Effective, Summary, Value};
 use crate::filter::visible_facets::VisibleFacets;
 use crate::material::{SmallScale, Tint};
+use crate::numerics::cast::index_u32;
 use crate::numerics::seed;
 use crate::numerics::words::percent;
 use crate::visibility::MAX_PERIODS;
@@ -24,6 +26,8 @@ use crate::visibility::MAX_PERIODS;
 /// Share of the tolerance that the facets may take, and that the lobes may: `.6² + .75² = .92`. Facets are cheap, lobes are not.
 const FACET_SHARE: f64 = 0.6;
 const BIAS_SHARE: f64 = 0.75;
+/// How often settings are looked for again where the measured error is not within the tolerance.
+const ROUNDS: usize = 2;
 /// Pairs whose amplitudes are held at once.
 const PAIRS_AT_ONCE: usize = 1 << 16;
 
@@ -53,18 +57,13 @@ pub(in crate::filter) fn spherical_gaussians(
     let given = quality.plan.as_ref().map(Plan::as_spherical_gaussian).transpose()?;
     let variant = quality.variant_of(Method::SphericalGaussian);
     let mut run = Run::new(small, quality, control);
-    let probes = Probes::new(small, pairs);
-    let (plan, known) = match (given, variant) {
-        (Some(plan), _) => (plan, None),
-        (None, Variant::Paper) => (SphericalGaussianPlan::PAPER, None),
-        (None, Variant::Improved) => run.adapt(&probes)?,
+    let query = ModeQuery::new(pairs, small.is_reciprocal());
+    let (plan, raw, errors) = match (given, variant) {
+        (Some(plan), _) => run.with_errors(plan, pairs, &query)?,
+        (None, Variant::Paper) => run.with_errors(SphericalGaussianPlan::PAPER, pairs, &query)?,
+        (None, Variant::Improved) => run.within_tolerance(pairs, &query)?,
     };
-    let raw = run.values(&plan, pairs)?;
-    let errors = match known {
-        Some(errors) if probes.pairs().len() == pairs.len() => errors,
-        _ => run.errors(&plan, &probes, &raw.pairs)?,
-    };
-    if given.is_none() && !keeps(errors.total(), quality.tolerance) {
+    if given.is_none() && !measured_keeps(errors.total, quality.tolerance) {
         let why = match variant {
             Variant::Paper => "the published method has fixed settings; `variant improved` or `method direct` look for those that keep it",
             Variant::Improved => "more lobes than it is allowed would; `method direct` does",
@@ -123,11 +122,45 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// Values of a list by a plan.
-    fn values(&mut self, plan: &SphericalGaussianPlan, list: &[Pair]) -> Result<RawValues> {
-        let query = Query::new(list, self.small.is_reciprocal());
-        let seen = self.see(plan, &query)?;
-        self.values_of(plan, &query, &seen)
+    /// Values of a list by a plan, with their errors.
+    fn with_errors(
+        &mut self,
+        plan: SphericalGaussianPlan,
+        list: &[Pair],
+        query: &ModeQuery,
+    ) -> Result<(SphericalGaussianPlan, RawValues, ApproximationErrors)> {
+        let seen = self.see(&plan, &query.query)?;
+        let raw = self.values_of(&plan, query, &seen)?;
+        let probes = Probes::by_value(self.small, list, &raw.pairs);
+        let (exact, facets) = self.exact(&plan, &probes)?;
+        let bias = probes.relative_difference(&exact, &raw.pairs);
+        let total =
+            self.timed(Stage::Visibility, |run| probes.measure(run.small, run.sampler.seed, run.control, plan.facets, &raw.pairs))?;
+        Ok((plan, raw, ApproximationErrors { facets, bias, total }))
+    }
+
+    /// The plan for the tolerance, and what it gives. Where the measured error is not within it, settings are looked for once more: on probes that the sizes of
+    /// the values choose, with as many more facets as these err.
+    fn within_tolerance(&mut self, list: &[Pair], query: &ModeQuery) -> Result<(SphericalGaussianPlan, RawValues, ApproximationErrors)> {
+        let tolerance = self.quality.tolerance;
+        let mut plan = self.adapt(&Probes::new(self.small, list), query, SphericalGaussianPlan::FIRST)?;
+        for round in 0.. {
+            let (_, raw, errors) = self.with_errors(plan, list, query)?;
+            // With a lobe and an amplitude for each normal, what is left of the bias is that of the BRDF's lobes: no settings help.
+            let in_vain = raw.complete && errors.bias > tolerance;
+            if round == ROUNDS || in_vain || measured_keeps(errors.total, tolerance) {
+                return Ok((plan, raw, errors));
+            }
+            let of_facets = (errors.total.powi(2) - errors.bias.powi(2)).max(0.0).sqrt();
+            let facets = needed(index_u32(plan.facets), MEASURED_SAFETY * of_facets / (FACET_SHARE * tolerance)) as usize;
+            let first = SphericalGaussianPlan { facets: facets.min(query.most_facets()), ..plan };
+            let next = self.adapt(&Probes::by_value(self.small, list, &raw.pairs), query, first)?;
+            if next == plan {
+                return Ok((plan, raw, errors));
+            }
+            plan = next;
+        }
+        unreachable!("the last round returns")
     }
 
     /// The facets of a plan, and what they see of a query's directions.
@@ -138,11 +171,12 @@ impl<'a> Run<'a> {
     }
 
     /// Values of a query by a plan, of whose facets it is known what they see.
-    fn values_of(&mut self, plan: &SphericalGaussianPlan, query: &Query, seen: &VisibleFacets) -> Result<RawValues> {
+    fn values_of(&mut self, plan: &SphericalGaussianPlan, mode_query: &ModeQuery, seen: &VisibleFacets) -> Result<RawValues> {
+        let query = &mode_query.query;
         let mut values = vec![[0.0; 3]; query.pairs.len()];
         let (mut lobes, mut amplitudes, mut complete, mut brdf, mut bytes) = (0, 0, true, Vec::new(), 0);
         for surface in 0..self.small.surfaces.len() {
-            let (normals, finder) = self.timed(Stage::Lobes, |run| lobes_of(run.small, surface, seen, query, plan));
+            let (normals, finder) = self.timed(Stage::Lobes, |run| lobes_of(run.small, surface, seen, mode_query, plan));
             lobes += normals.densities.len();
             amplitudes += finder.layout.count() * finder.layout.channels;
             complete &= normals.complete && finder.layout.count() >= normals.densities.len();
@@ -193,30 +227,23 @@ impl<'a> Run<'a> {
         Ok(bytes)
     }
 
-    /// Errors on the probes of values that a plan gave.
-    fn errors(&mut self, plan: &SphericalGaussianPlan, probes: &Probes, raw: &[RawValue]) -> Result<ApproximationErrors> {
-        let (exact, facets) = self.exact(plan, probes)?;
-        Ok(ApproximationErrors { facets, bias: probes.relative_difference(&exact, raw) })
-    }
-
     /// Values of the probes by sums over a plan's facets one by one, and the relative RMS error that their spread tells.
     fn exact(&mut self, plan: &SphericalGaussianPlan, probes: &Probes) -> Result<(Vec<Value>, f64)> {
         let facets = self.facets(plan);
         self.timed(Stage::Visibility, |run| probes.exact(run.small, &run.sampler, facets))
     }
 
-    /// The plan for the tolerance, and its errors on the probes: facets until their error is small enough, then lobes until the bias is.
-    fn adapt(&mut self, probes: &Probes) -> Result<(SphericalGaussianPlan, Option<ApproximationErrors>)> {
+    /// The plan for the tolerance, from `plan` on: facets until their error on the probes is small enough, then lobes until the bias is.
+    fn adapt(&mut self, probes: &Probes, list: &ModeQuery, mut plan: SphericalGaussianPlan) -> Result<SphericalGaussianPlan> {
         let tolerance = self.quality.tolerance;
-        let mut plan = SphericalGaussianPlan::FIRST;
-        let (count, exact, facets) = Probes::facets_within(FACET_SHARE * tolerance, plan.facets, |facets| {
+        let (count, exact, _) = Probes::facets_within(FACET_SHARE * tolerance, [plan.facets, list.most_facets()], |facets| {
             (self.control.progress)("settings", 0.5);
             self.exact(&SphericalGaussianPlan { facets, ..plan }, probes)
         })?;
         plan.facets = count;
         let alone = probes.alone();
-        let query = Query::new(probes.pairs(), self.small.is_reciprocal());
-        let seen = self.see(&plan, &query)?;
+        let query = list.with_its_modes(probes.pairs());
+        let seen = self.see(&plan, &query.query)?;
         let of = |run: &mut Self, plan: &SphericalGaussianPlan| -> Result<(f64, bool)> {
             let raw = run.values_of(plan, &query, &seen)?;
             Ok((alone.relative_difference(&exact, &raw.pairs), raw.complete))
@@ -227,7 +254,7 @@ impl<'a> Run<'a> {
             let enough = SAFETY * bias <= BIAS_SHARE * tolerance;
             // Once every normal has a lobe and an amplitude, more are asked for in vain.
             if enough || complete {
-                return Ok((plan, Some(ApproximationErrors { facets, bias })));
+                return Ok(plan);
             }
             // Whatever helps more: a finer density, or a finer visibility. Each round doubles one of them, so the search ends.
             let doubled = (2 * lobes).min(MAX_LOBES);
@@ -238,7 +265,7 @@ impl<'a> Run<'a> {
             let of_finer = finer.map(|plan| of(self, &plan)).transpose()?;
             let of_more = more.map(|plan| of(self, &plan)).transpose()?;
             match (finer.zip(of_finer), more.zip(of_more)) {
-                (None, None) => return Ok((plan, Some(ApproximationErrors { facets, bias }))),
+                (None, None) => return Ok(plan),
                 (Some((_, finer)), Some((next, more))) if more.0 < finer.0 => (plan, (bias, complete)) = (next, more),
                 (Some((next, found)), _) => {
                     (plan, (bias, complete)) = (next, found);
@@ -270,7 +297,7 @@ impl<'a> Run<'a> {
             raw.bytes as f64 / 1e6
         ));
         let given_up = self.sampler.given_up();
-        let mut error = errors.total();
+        let mut error = errors.total;
         if given_up > 0 {
             // As in the direct method: their share is an error of every value.
             error = error.hypot(given_up as f64 / (plan.facets as f64 * raw.directions as f64));
@@ -301,7 +328,7 @@ pub(super) fn lobes_of<'r>(
     small: &SmallScale,
     surface: usize,
     seen: &'r VisibleFacets,
-    query: &Query,
+    query: &ModeQuery,
     plan: &SphericalGaussianPlan,
 ) -> (NormalLobes, AmplitudeFinder<'r>) {
     let range = seen.facets.ranges[surface].clone();

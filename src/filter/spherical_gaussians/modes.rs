@@ -12,7 +12,7 @@
 //! ```
 
 use super::lobe_areas::LobeArea;
-use super::products::{PairAxes, exact, masked};
+use super::products::{PairAxes, exact_of_each, masked};
 use crate::filter::lobes::Masking;
 use crate::numerics::cast::narrow;
 use crate::numerics::linear_algebra::{Cholesky, largest_eigenvectors};
@@ -24,7 +24,9 @@ use glam::DVec3;
 pub const SAMPLE_PAIRS: usize = 128;
 /// Sharpness of the Gaussians whose sums are kept, first with cosines as factors, then with Smith's masking: a BRDF's other factors lie between the two.
 /// Up to 4096, that of a GGX lobe of alpha .02, a factor of 4 apart; with 2 the errors were the same within 1 dB in the design study.
-const SHARPNESS: Lanes = [0.0, 1.0, 4.0, 16.0, 64.0, 256.0, 1024.0, 4096.0, 0.0, 1.0, 4.0, 16.0, 64.0, 256.0, 1024.0, 4096.0];
+const SHARPNESS: [f32; HALF] = [0.0, 1.0, 4.0, 16.0, 64.0, 256.0, 1024.0, 4096.0];
+/// So many, half of the lanes.
+const HALF: usize = LANES / 2;
 /// Roughness squared of that masking: that of GGX lobes with alpha .14.
 const SMOOTH: f32 = 0.02;
 /// Weight `λ` of the plain projection beside the mean square that an amplitude has in the sums. 1e-4 to 1e-8 were alike within 2 dB in the design study.
@@ -150,46 +152,81 @@ impl Kernel for PairSums<'_> {
 
     #[inline(always)]
     fn run(self) -> Sums {
-        let count = self.modes.count;
-        let mut sums = Sums {
-            squares: [0.0; LANES],
-            of_modes: vec![[0.0; LANES]; count],
-            of_pair: vec![[0.0; LANES]; self.channels],
-            projected: vec![vec![0.0; count]; self.channels],
-        };
-        for (l, (density, area)) in self.modes.lobes.iter().zip(self.areas).enumerate() {
-            let mut integrals = exact(density.sharpness, &SHARPNESS, self.axes.distance_squared(density));
-            let cosines = self.axes.cosines(density, &SHARPNESS);
-            let (by_cosine, by_smith) = (masked(&cosines, Masking::Cosine), masked(&cosines, Masking::Ggx(SMOOTH)));
+        let VisibilityModes { count, lobes, basis, projection, .. } = self.modes;
+        let mut squares = [0.0; LANES];
+        let mut integrals = Vec::with_capacity(lobes.len() + 1);
+        for lobes in lobes.chunks(2) {
+            // The last lobe may be alone, and stands twice.
+            integrals.extend(self.integrals([&lobes[0], &lobes[lobes.len() - 1]]));
+        }
+        integrals.truncate(lobes.len());
+        for integrals in &integrals {
             for k in 0..LANES {
-                let factor = if k < LANES / 2 { by_cosine[k] } else { by_smith[k] };
-                integrals[k] *= density.amplitude * factor;
-                sums.squares[k] += integrals[k] * integrals[k];
+                squares[k] += integrals[k] * integrals[k];
             }
-            let of_lobe = l * count..(l + 1) * count;
-            for (sum, basis) in sums.of_modes.iter_mut().zip(&self.modes.basis[of_lobe.clone()]) {
-                for k in 0..LANES {
-                    sum[k] += basis * integrals[k];
-                }
-            }
-            for (c, sum) in sums.of_pair.iter_mut().enumerate() {
-                for k in 0..LANES {
-                    sum[k] += area.visible[c] * integrals[k];
-                }
-            }
-            for (c, projected) in sums.projected.iter_mut().enumerate() {
-                for (sum, projection) in projected.iter_mut().zip(&self.modes.projection[of_lobe.clone()]) {
-                    *sum += area.visible[c] * projection;
+        }
+        let visible = |c: usize| self.areas.iter().map(move |area| area.visible[c]);
+        let of_mode = |j: usize| weighted_sum(basis[j..].iter().step_by(*count).copied(), &integrals);
+        let mut projected = vec![vec![0.0; *count]; self.channels];
+        for (c, projected) in projected.iter_mut().enumerate() {
+            for (area, projection) in visible(c).zip(projection.chunks_exact((*count).max(1))) {
+                for (sum, projection) in projected.iter_mut().zip(projection) {
+                    *sum += area * projection;
                 }
             }
         }
-        sums
+        Sums {
+            squares,
+            of_modes: (0..*count).map(of_mode).collect(),
+            of_pair: (0..self.channels).map(|c| weighted_sum(visible(c), &integrals)).collect(),
+            projected,
+        }
+    }
+}
+
+/// Sum of lanes with weights.
+#[inline(always)]
+fn weighted_sum(weights: impl Iterator<Item = f32>, lanes: &[Lanes]) -> Lanes {
+    let mut sum = [0.0; LANES];
+    for (weight, lanes) in weights.zip(lanes) {
+        for k in 0..LANES {
+            sum[k] += weight * lanes[k];
+        }
+    }
+    sum
+}
+
+impl PairSums<'_> {
+    /// Integrals of two lobes with the Gaussians, first with cosines, then with Smith's masking.
+    #[inline(always)]
+    fn integrals(&self, lobes: [&Lobe; 2]) -> [Lanes; 2] {
+        // One lobe in either half of the lanes.
+        let each = |numbers: [f32; 2]| -> Lanes { std::array::from_fn(|k| numbers[k / HALF]) };
+        let sharpness: Lanes = std::array::from_fn(|k| SHARPNESS[k % HALF]);
+        let own = each([lobes[0].sharpness, lobes[1].sharpness]);
+        let distance = each([self.axes.distance_squared(lobes[0]), self.axes.distance_squared(lobes[1])]);
+        let products = exact_of_each(&own, &sharpness, &distance);
+        let [a, b] = [self.axes.axis_cosines(lobes[0]), self.axes.axis_cosines(lobes[1])];
+        let [axis_i, axis_o, axis_h] = [each([a[0], b[0]]), each([a[1], b[1]]), each([a[2], b[2]])];
+        let cosines = self.axes.cosines_of_each(&own, [&axis_i, &axis_o, &axis_h], &sharpness);
+        let (by_cosine, by_smith) = (masked(&cosines, Masking::Cosine), masked(&cosines, Masking::Ggx(SMOOTH)));
+        let mut out = [[0.0; LANES]; 2];
+        for k in 0..HALF {
+            for (j, out) in out.iter_mut().enumerate() {
+                let lane = j * HALF + k;
+                let product = products[lane] * lobes[j].amplitude;
+                out[k] = product * by_cosine[lane];
+                out[HALF + k] = product * by_smith[lane];
+            }
+        }
+        out
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::filter::spherical_gaussians::products::exact;
     use crate::numerics::random::Random;
     use glam::Vec3;
 

@@ -2,31 +2,34 @@
 
 use super::amplitudes::AmplitudeLayout;
 use super::method::{Run, lobes_of};
+use super::mode_query::ModeQuery;
 use super::surface::{SurfaceBrdf, SurfaceLobes};
 use crate::direction::Pair;
 use crate::error::{BadInput, Result};
 use crate::filter::control::Control;
 use crate::filter::plan::SphericalGaussianPlan;
 use crate::filter::quality::Quality;
-use crate::filter::query::Query;
+use crate::filter::query::{Query, QueryEntry};
 use crate::material::{SmallScale, Surface, Tint};
 use crate::sg::Lobe;
 
 /// The geometry of a material as lobes and amplitudes, for a list of pairs.
 pub struct PreparedLobes {
-    plan: SphericalGaussianPlan,
-    query: Query,
+    pub(super) plan: SphericalGaussianPlan,
+    pub(super) query: Query,
     /// Visible area over the footprint, one a direction of the query.
     areas: Vec<f64>,
-    surfaces: Vec<OneSurface>,
+    pub(super) surfaces: Vec<OneSurface>,
 }
 
 /// What is kept of a surface.
-struct OneSurface {
-    densities: Vec<Lobe>,
-    layout: AmplitudeLayout,
+pub(super) struct OneSurface {
+    /// Lobes of its normals.
+    pub densities: Vec<Lobe>,
+    /// What the numbers of a row mean.
+    pub layout: AmplitudeLayout,
     /// A row for each pair of the query.
-    rows: Vec<f32>,
+    pub rows: Vec<f32>,
 }
 
 /// An effective value from lobes. Its error is not measured: that is of one geometry under one BRDF, and
@@ -77,19 +80,20 @@ pub fn prepare_lobes(
     control: &Control<'_>,
 ) -> Result<PreparedLobes> {
     let quality = Quality { seed, ..Quality::default() };
-    let query = Query::new(pairs, small.is_reciprocal());
+    let mode_query = ModeQuery::new(pairs, small.is_reciprocal());
+    let query = &mode_query.query;
     let mut run = Run::new(small, &quality, control);
-    let seen = run.see(plan, &query)?;
+    let seen = run.see(plan, query)?;
     let tasks = query.tasks();
     let mut surfaces = Vec::with_capacity(small.surfaces.len());
     for surface in 0..small.surfaces.len() {
         control.check()?;
-        let (normals, finder) = lobes_of(small, surface, &seen, &query, plan);
-        let rows = finder.rows(&seen, &query, &tasks);
+        let (normals, finder) = lobes_of(small, surface, &seen, &mode_query, plan);
+        let rows = finder.rows(&seen, query, &tasks);
         surfaces.push(OneSurface { densities: normals.densities, layout: finder.layout, rows });
         (control.progress)("amplitudes", (surface + 1) as f64 / small.surfaces.len() as f64);
     }
-    Ok(PreparedLobes { plan: *plan, areas: seen.areas.clone(), query, surfaces })
+    Ok(PreparedLobes { plan: *plan, areas: seen.areas.clone(), query: mode_query.query, surfaces })
 }
 
 impl PreparedLobes {
@@ -108,18 +112,17 @@ impl PreparedLobes {
             let brdf = SurfaceBrdf::new(surface, self.plan.brdf);
             lobes.integrate(&brdf, &self.query, 0..sums.len(), &prepared.rows, &mut sums);
         }
-        let value = |entry: &Option<_>| {
-            let value = |e: &crate::filter::query::QueryEntry| LobeValue {
-                s: sums[e.pair as usize].map(|s| s.max(0.0)),
-                av: self.areas[e.viewer as usize],
-            };
-            entry.as_ref().map_or_else(LobeValue::default, value)
-        };
-        Ok(self.query.entries.iter().map(value).collect())
+        Ok(self.values(&sums))
+    }
+
+    /// The values of the list from the sums of the query's pairs.
+    pub(super) fn values(&self, sums: &[[f64; 3]]) -> Vec<LobeValue> {
+        let of_entry = |e: QueryEntry| LobeValue { s: sums[e.pair as usize].map(|s| s.max(0.0)), av: self.areas[e.viewer as usize] };
+        self.query.entries.iter().map(|entry| entry.map_or_else(LobeValue::default, of_entry)).collect()
     }
 
     /// Whether the amplitudes hold for these surfaces.
-    fn check(&self, surfaces: &[Surface]) -> Result<()> {
+    pub(super) fn check(&self, surfaces: &[Surface]) -> Result<()> {
         let wrong = |problem: String, remedy: &str| Err(BadInput::new(problem, remedy).at_field("surface").into());
         if surfaces.len() != self.surfaces.len() {
             return wrong(format!("{} surfaces, but {} were prepared", surfaces.len(), self.surfaces.len()), "prepare the material anew");

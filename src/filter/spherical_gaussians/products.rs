@@ -39,21 +39,32 @@ impl PairAxes {
     /// `n·wi` and `n·wo`, at least 0, at the axis `n` of the product of a lobe of normals and each of some lobes about the half vector.
     #[inline(always)]
     pub fn cosines(&self, density: &Lobe, sharpness: &Lanes) -> [Lanes; 2] {
+        let [i, o, h] = self.axis_cosines(density).map(|cosine| [cosine; LANES]);
+        self.cosines_of_each(&[density.sharpness; LANES], [&i, &o, &h], sharpness)
+    }
+
+    /// The same of a lobe of normals in each lane, with its sharpness and the cosines of its axis with the light, the viewer and the half vector.
+    #[inline(always)]
+    pub fn cosines_of_each(&self, own: &Lanes, [axis_i, axis_o, axis_h]: [&Lanes; 3], sharpness: &Lanes) -> [Lanes; 2] {
         let (mut cos_i, mut cos_o) = ([0.0; LANES], [0.0; LANES]);
-        let of_axis = [density.axis.dot(self.wi), density.axis.dot(self.wo)];
         let of_half = [self.h.dot(self.wi), self.h.dot(self.wo)];
-        let axis_dot_half = density.axis.dot(self.h);
         for l in 0..LANES {
             // Shares of both axes in the sum, scaled so that sharpness of 1e8 does not overflow when squared.
-            let total = density.sharpness + sharpness[l];
+            let total = own[l] + sharpness[l];
             let share = if total > 0.0 { sharpness[l] / total } else { 0.0 };
             let other = 1.0 - share;
-            let length2 = share * share + other * other + 2.0 * share * other * axis_dot_half;
+            let length2 = share * share + other * other + 2.0 * share * other * axis_h[l];
             let inverse = 1.0 / length2.max(1e-12).sqrt();
-            cos_i[l] = ((other * of_axis[0] + share * of_half[0]) * inverse).clamp(0.0, 1.0);
-            cos_o[l] = ((other * of_axis[1] + share * of_half[1]) * inverse).clamp(0.0, 1.0);
+            cos_i[l] = ((other * axis_i[l] + share * of_half[0]) * inverse).clamp(0.0, 1.0);
+            cos_o[l] = ((other * axis_o[l] + share * of_half[1]) * inverse).clamp(0.0, 1.0);
         }
         [cos_i, cos_o]
+    }
+
+    /// Cosines of a lobe's axis with the light, the viewer and the half vector.
+    #[inline(always)]
+    pub fn axis_cosines(&self, density: &Lobe) -> [f32; 3] {
+        [self.wi, self.wo, self.h].map(|w| density.axis.dot(w))
     }
 }
 
@@ -99,12 +110,18 @@ pub fn masked([cos_i, cos_o]: &[Lanes; 2], masking: Masking) -> Lanes {
 /// Twin of [`crate::sg::integral_of_product`] for many lobes of a BRDF.
 #[inline(always)]
 pub fn exact(l1: f32, l2: &Lanes, d2: f32) -> Lanes {
+    exact_of_each(&[l1; LANES], l2, &[d2; LANES])
+}
+
+/// The same of a lobe of the normals in each lane.
+#[inline(always)]
+pub fn exact_of_each(l1: &Lanes, l2: &Lanes, d2: &Lanes) -> Lanes {
     let mut out = [0.0; LANES];
     for l in 0..LANES {
-        let sum = (l1 + l2[l]).max(f32::MIN_POSITIVE);
-        let reduced = l1 * (l2[l] / sum);
-        let length = sum * (1.0 - (reduced / sum) * d2).max(0.0).sqrt();
-        out[l] = 4.0 * PI * exp(-reduced * d2 * (sum / (length + sum))) * g(2.0 * length);
+        let sum = (l1[l] + l2[l]).max(f32::MIN_POSITIVE);
+        let reduced = l1[l] * (l2[l] / sum);
+        let length = sum * (1.0 - (reduced / sum) * d2[l]).max(0.0).sqrt();
+        out[l] = 4.0 * PI * exp(-reduced * d2[l] * (sum / (length + sum))) * g(2.0 * length);
     }
     out
 }

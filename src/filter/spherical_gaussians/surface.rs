@@ -24,8 +24,10 @@ pub struct SurfaceLobes<'a> {
 
 /// Lobes of a surface's BRDF.
 pub struct SurfaceBrdf<'a> {
-    constant: Colour,
-    sums: Vec<BrdfLobe<'a>>,
+    /// Constant part.
+    pub constant: Colour,
+    /// Sums of lobes about the half vector.
+    pub sums: Vec<BrdfLobe<'a>>,
 }
 
 impl<'a> SurfaceBrdf<'a> {
