@@ -208,7 +208,7 @@ fn sums_for_each_sharpness_have_the_values_of_the_lobes() {
     }
     // One lobe of any sharpness is on no row.
     let single = prepare("sg:improved:facets=2048:lobes=8:brdf=single").into_responses(&control).unwrap();
-    let refused = single.evaluate(&covered(&ggx(0.3)), &control).err().expect("not on the row").to_string();
+    let refused = single.evaluate(&covered(&ggx(0.3)), &control).unwrap_err().to_string();
     assert!(refused.contains("surface 1") && refused.contains("`brdf=2`"), "{refused}");
 }
 
@@ -230,4 +230,15 @@ fn what_it_cannot_do_it_declines_and_it_stops_when_asked() {
         // An empty list is no mistake.
         assert!(effective(&truth.surface, &[], &quality, &Control::quiet()).unwrap().values.is_empty());
     }
+}
+
+#[test]
+fn progress_rises_to_1_while_settings_are_looked_for() {
+    let truth = Truth::load("weave", "diffuse");
+    let told = std::sync::Mutex::new(Vec::new());
+    let progress = |_: &str, share: f64| told.lock().unwrap().push(share);
+    let control = Control { progress: &progress, ..Control::quiet() };
+    effective(&truth.surface, &truth.pairs, &to_tolerance(0.05), &control).unwrap();
+    let told = told.into_inner().unwrap();
+    assert!(told.len() > 3 && told.is_sorted() && told.last() == Some(&1.0), "{told:?}");
 }

@@ -8,7 +8,7 @@ use super::surface::{SurfaceBrdf, SurfaceLobes};
 use crate::direction::Pair;
 use crate::error::{Error, Result};
 use crate::facets::Facets;
-use crate::filter::control::Control;
+use crate::filter::control::{Control, RisingShare};
 use crate::filter::facet_sampler::FacetSampler;
 use crate::filter::plan::{BrdfLobes, LobeCount, MAX_LOBES, Plan, SphericalGaussianPlan, Variant};
 use crate::filter::probes::{ApproximationErrors, Probes, RawValue, values_with_error};
@@ -22,12 +22,15 @@ use crate::numerics::cast::index_u32;
 use crate::numerics::seed;
 use crate::numerics::words::percent;
 use crate::visibility::MAX_PERIODS;
+use std::ops::Range;
 
 /// Share of the tolerance that the facets may take, and that the lobes may: `.6² + .75² = .92`. Facets are cheap, lobes are not.
 const FACET_SHARE: f64 = 0.6;
 const BIAS_SHARE: f64 = 0.75;
 /// How often settings are looked for again where the measured error is not within the tolerance.
 const ROUNDS: usize = 2;
+/// Looks for settings that are expected still to come, for the progress. Chosen, not measured.
+const STEPS_TO_COME: f64 = 4.0;
 /// Pairs whose amplitudes are held at once.
 const PAIRS_AT_ONCE: usize = 1 << 16;
 
@@ -56,7 +59,7 @@ pub(in crate::filter) fn spherical_gaussians(
     }
     let given = quality.plan.as_ref().map(Plan::as_spherical_gaussian).transpose()?;
     let variant = quality.variant_of(Method::SphericalGaussian);
-    let mut run = Run::new(small, quality, control);
+    let mut run = Run::new(small, pairs.len(), quality, control);
     let query = ModeQuery::new(pairs, small.is_reciprocal());
     let (plan, raw, errors) = match (given, variant) {
         (Some(plan), _) => run.with_errors(plan, pairs, &query)?,
@@ -70,6 +73,7 @@ pub(in crate::filter) fn spherical_gaussians(
         };
         run.notes.push(format!("the tolerance of {} is not met: {why}", percent(quality.tolerance)));
     }
+    (control.progress)("sums", 1.0);
     Ok(run.result(&plan, pairs, &raw, errors))
 }
 
@@ -81,6 +85,9 @@ pub(super) struct Run<'a> {
     sampler: FacetSampler<'a>,
     /// Seconds of each [`Stage`].
     seconds: [f64; STAGES.len()],
+    /// Share of the work that is done, and pairs of the whole list.
+    done: RisingShare,
+    pairs: f64,
     notes: Vec<String>,
     details: Vec<String>,
 }
@@ -101,9 +108,20 @@ struct RawValues {
 }
 
 impl<'a> Run<'a> {
-    pub(super) fn new(small: &'a SmallScale, quality: &'a Quality, control: &'a Control<'a>) -> Self {
+    /// For a list of `pairs` pairs.
+    pub(super) fn new(small: &'a SmallScale, pairs: usize, quality: &'a Quality, control: &'a Control<'a>) -> Self {
         let sampler = FacetSampler::new(small, None, seed::fold(quality.seed), control);
-        Self { small, quality, control, sampler, seconds: [0.0; STAGES.len()], notes: Vec::new(), details: Vec::new() }
+        Self {
+            small,
+            quality,
+            control,
+            sampler,
+            seconds: [0.0; STAGES.len()],
+            done: RisingShare::default(),
+            pairs: pairs as f64,
+            notes: Vec::new(),
+            details: Vec::new(),
+        }
     }
 
     /// What `work` gives; the time it takes goes to a stage.
@@ -173,6 +191,8 @@ impl<'a> Run<'a> {
     /// Values of a query by a plan, of whose facets it is known what they see.
     fn values_of(&mut self, plan: &SphericalGaussianPlan, mode_query: &ModeQuery, seen: &VisibleFacets) -> Result<RawValues> {
         let query = &mode_query.query;
+        let amount = query.pairs.len() as f64;
+        let (from, to) = self.done.step(amount, self.pairs.max(amount) + STEPS_TO_COME * amount.min(self.pairs), false);
         let mut values = vec![[0.0; 3]; query.pairs.len()];
         let (mut lobes, mut amplitudes, mut complete, mut brdf, mut bytes) = (0, 0, true, Vec::new(), 0);
         for surface in 0..self.small.surfaces.len() {
@@ -183,7 +203,9 @@ impl<'a> Run<'a> {
             let covered = self.timed(Stage::Integrals, |run| SurfaceBrdf::new(&run.small.surfaces[surface], plan.brdf));
             brdf.push((covered.lobes(), covered.error()));
             let of_surface = SurfaceLobes { plan, densities: &normals.densities, layout: &finder.layout };
-            bytes += self.add_surface(&of_surface, &finder, &covered, seen, query, &mut values)?;
+            let surfaces = self.small.surfaces.len();
+            let part = |k: usize| from + (to - from) * k as f64 / surfaces as f64;
+            bytes += self.add_surface(&of_surface, &finder, &covered, seen, query, (part(surface)..part(surface + 1), &mut values))?;
         }
         let at = |entry: &Option<QueryEntry>| match entry {
             Some(e) => (values[e.pair as usize].map(|s| s.max(0.0)), seen.areas[e.viewer as usize]),
@@ -208,7 +230,7 @@ impl<'a> Run<'a> {
         brdf: &SurfaceBrdf<'_>,
         seen: &VisibleFacets,
         query: &Query,
-        values: &mut [[f64; 3]],
+        (share, values): (Range<f64>, &mut [[f64; 3]]),
     ) -> Result<usize> {
         let tasks = query.tasks();
         let mut bytes = size_of_val(lobes.densities) + lobes.layout.bytes();
@@ -221,7 +243,7 @@ impl<'a> Run<'a> {
             let rows = self.timed(Stage::Amplitudes, |_| finder.rows(seen, query, &tasks[next..end]));
             bytes += size_of_val(&rows[..]);
             self.timed(Stage::Integrals, |_| lobes.integrate(brdf, query, pairs.clone(), &rows, &mut values[pairs.clone()]));
-            (self.control.progress)("sums", pairs.end as f64 / query.pairs.len() as f64);
+            (self.control.progress)("sums", share.start + (share.end - share.start) * pairs.end as f64 / query.pairs.len() as f64);
             next = end;
         }
         Ok(bytes)
@@ -237,7 +259,6 @@ impl<'a> Run<'a> {
     fn adapt(&mut self, probes: &Probes, list: &ModeQuery, mut plan: SphericalGaussianPlan) -> Result<SphericalGaussianPlan> {
         let tolerance = self.quality.tolerance;
         let (count, exact, _) = Probes::facets_within(FACET_SHARE * tolerance, [plan.facets, list.most_facets()], |facets| {
-            (self.control.progress)("settings", 0.5);
             self.exact(&SphericalGaussianPlan { facets, ..plan }, probes)
         })?;
         plan.facets = count;

@@ -82,7 +82,7 @@ pub fn prepare_lobes(
     let quality = Quality { seed, ..Quality::default() };
     let mode_query = ModeQuery::new(pairs, small.is_reciprocal());
     let query = &mode_query.query;
-    let mut run = Run::new(small, &quality, control);
+    let mut run = Run::new(small, pairs.len(), &quality, control);
     let seen = run.see(plan, query)?;
     let tasks = query.tasks();
     let mut surfaces = Vec::with_capacity(small.surfaces.len());
