@@ -50,7 +50,7 @@
 //! In the order of the flow; earlier ones never import later ones:
 //!
 //! ```text
-//! error, bounded_file, text_file, toml_reader, numerics, direction, image_file, brdf, geometry, material, formats,
+//! error, bounded_file, text_file, file_signature, toml_reader, numerics, direction, image_file, brdf, geometry, material, formats,
 //! facets, visibility, transport, bvndf, sg, filter, table, render, study
 //!
 //! material file -> geometry -> facets -> visibility -> filter -> table | render | study
@@ -69,6 +69,7 @@ pub mod bounded_file;
 pub mod brdf;
 pub mod direction;
 pub mod error;
+pub mod file_signature;
 pub mod filter;
 pub mod formats;
 pub mod geometry;

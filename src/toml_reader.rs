@@ -6,8 +6,11 @@
 
 use crate::bounded_file::{MAX_TEXT_BYTES, read_bounded};
 use crate::error::{BadInput, Error, Result};
+use crate::file_signature::{self, Signature};
 use crate::numerics::cast::truncate_u32;
 use std::cell::RefCell;
+use std::fs::File;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -22,8 +25,19 @@ pub struct Source {
 }
 
 impl Source {
-    /// Reads a text file. A missing file, a folder or bytes that are not UTF-8 are bad input.
+    /// Reads a text file. A missing file, a folder, bytes that are not UTF-8 and files of other programs are bad input.
     pub fn read(path: &Path) -> Result<Self> {
+        if let Some(signature) = Signature::of_head(&head(path)) {
+            return Err(signature.is_no_toml(path).into());
+        }
+        let by_name = |error: Error| match (Signature::of_name(path), &error) {
+            (Some(signature), Error::BadInput(_)) if path.is_file() => signature.is_no_toml(path).into(),
+            _ => error,
+        };
+        Self::read_text(path).map_err(by_name)
+    }
+
+    fn read_text(path: &Path) -> Result<Self> {
         let bytes = read_bounded(path, MAX_TEXT_BYTES, "no file of this kind is so long: this is something else")?;
         let text = String::from_utf8(bytes).map_err(|e| {
             let good = e.utf8_error().valid_up_to();
@@ -46,6 +60,9 @@ impl Source {
     /// Parses the text as TOML.
     pub fn parse(&self) -> Result<Spanned<DeTable<'_>>> {
         DeTable::parse(&self.text).map_err(|e| {
+            if let Some(signature) = Signature::of_name(&self.path) {
+                return signature.is_no_toml(&self.path).into();
+            }
             let line = e.span().map_or(1, |s| self.line(s.start));
             let message = e.message().lines().collect::<Vec<_>>().join(", ");
             BadInput::new(format!("not valid TOML: {message}"), "see https://toml.io for the syntax")
@@ -180,10 +197,38 @@ impl<'a> TableReader<'a> {
         })
     }
 
-    /// A key that has no default is missing.
+    /// A key that has no default is missing. A key that was not asked for yet and is written nearly so may be meant.
     pub fn missing(&self, key: &str, wanted: &str) -> Error {
         let table = if self.name.is_empty() { "the file".to_owned() } else { format!("[{}]", self.name) };
-        self.error_at(key, format!("{table} lacks the required key `{key}`"), format!("add `{key} = {wanted}`"))
+        let problem = format!("{table} lacks the required key `{key}`");
+        match self.meant(key) {
+            Some((other, line)) => {
+                let remedy = format!("did you mean it by the key `{other}` on line {line}? Else add `{key} = {wanted}`");
+                let bad = BadInput::new(problem, remedy).in_file(&self.source.path).at_line(line);
+                bad.at_field(self.field(key)).into()
+            }
+            None => self.error_at(key, problem, format!("add `{key} = {wanted}`")),
+        }
+    }
+
+    /// The table, or list of tables, `key` is missing, which `problem` says. As with [`Self::missing`] another one may be meant.
+    pub fn no_table(&self, key: &str, problem: &str, remedy: &str) -> Error {
+        match self.meant(key) {
+            Some((other, line)) => {
+                let remedy = format!("did you mean it by `{other}` on line {line}? Else {remedy}");
+                BadInput::new(problem, remedy).in_file(&self.source.path).at_line(line).into()
+            }
+            None => self.error(problem, remedy),
+        }
+    }
+
+    /// The key of this table that is most like `key` among those that nobody asked for yet, and its line.
+    pub fn meant(&self, key: &str) -> Option<(String, usize)> {
+        let known = self.known.borrow();
+        let others = self.table.iter().filter(|(k, _)| !known.contains(&k.get_ref().as_ref()));
+        let near = others.filter_map(|(k, _)| nearness(key, k.get_ref()).map(|distance| (distance, k)));
+        let (_, other) = near.min_by_key(|(distance, _)| *distance)?;
+        Some((other.get_ref().to_string(), self.source.line(other.span().start)))
     }
 
     fn number(&self, key: &str, value: &Spanned<DeValue<'a>>, range: Range, wanted: &str) -> Result<f64> {
@@ -337,16 +382,33 @@ impl<'a> TableReader<'a> {
     }
 }
 
+/// The first bytes of a file; none of what cannot be read, and of a pipe, which can be read once only.
+fn head(path: &Path) -> Vec<u8> {
+    let mut head = Vec::new();
+    if path.is_file()
+        && let Ok(file) = File::open(path)
+    {
+        // What cannot be read is told by whoever reads all of it.
+        let _ = file.take(file_signature::HEAD).read_to_end(&mut head);
+    }
+    head
+}
+
 fn an(noun: &str) -> String {
     let article = if noun.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
     format!("{article} {noun}")
 }
 
+/// How many letters two words differ in, if so few that one may be meant by the other.
+fn nearness(word: &str, other: &str) -> Option<usize> {
+    Some(strsim::damerau_levenshtein(word, other)).filter(|&distance| distance <= 1 + word.chars().count() / 3)
+}
+
 /// The nearest of `words` to `word`, or all of them when none is near.
 pub fn suggest(word: &str, words: &[&str]) -> String {
-    let nearest = words.iter().map(|w| (strsim::damerau_levenshtein(word, w), w)).min();
+    let nearest = words.iter().filter_map(|w| nearness(word, w).map(|distance| (distance, w))).min();
     match nearest {
-        Some((distance, near)) if distance <= 1 + word.chars().count() / 3 => format!("did you mean `{near}`?"),
-        _ => format!("known here: {}", words.join(", ")),
+        Some((_, near)) => format!("did you mean `{near}`?"),
+        None => format!("known here: {}", words.join(", ")),
     }
 }

@@ -8,7 +8,7 @@ mod support;
 use biscale::error::{Error, Result};
 use biscale::render::Picture;
 use biscale_fit::fit_file::spec::Spec;
-use biscale_fit::run::{Options, Outcome, fit};
+use biscale_fit::run::{Options, Outcome, Watcher, fit};
 use biscale_fit::search::Memory;
 use std::path::Path;
 use support::{PERFECT, View, material, photograph, turned, with_control, write};
@@ -51,7 +51,7 @@ fn try_run(folder: &Path, picture: &Picture, text: String) -> Result<Outcome> {
     std::fs::write(folder.join("fit.toml"), text).unwrap();
     let spec = Spec::load(&folder.join("fit.toml"))?;
     let options = Options { starts: 3, ..Options::default() };
-    with_control(|control| fit(&spec, &options, &Memory::default(), &|_| {}, control))
+    with_control(|control| fit(&spec, &options, &Memory::default(), Watcher::NOBODY, control))
 }
 
 fn run(picture: &Picture, edit: impl Fn(String) -> String) -> Outcome {
@@ -162,7 +162,7 @@ fn with_equal_bounds_or_no_parameter_the_colours_are_found_all_the_same() {
     let none = |t: String| equal(t).replace("[[parameter]]\nkey = \"geometry.depth\"\nbounds = [0.5, 0.5]\n", "");
     for outcome in [run(&photograph, equal), run(&photograph, none)] {
         assert!((value(&outcome, "surface.left.brdf.albedo red") / 0.6 - 1.0).abs() < 0.1);
-        assert!(outcome.failures.is_empty() && outcome.trace.len() <= 8, "{:?}", outcome.failures);
+        assert!(outcome.failures.is_empty() && outcome.evaluations <= 8, "{:?}", outcome.failures);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::plan::{Plan, Variant};
 use super::tolerance::DEFAULT_TOLERANCE;
-use crate::error::{BadInput, Result};
+use crate::error::{BadInput, Error, Result};
 use std::path::PathBuf;
 
 /// How to compute effective values.
@@ -75,7 +75,8 @@ impl Quality {
     /// The method that runs. Where the program chooses: that of the plan, or `reference` for reflections after the first, or else `direct`.
     ///
     /// # Errors
-    /// [`Error::BadInput`](crate::Error::BadInput) for reflections that `direct` or `lowrank` is asked for: they compute direct light only.
+    /// [`Error::BadInput`] for a plan of another method, and for reflections that a method other than `reference` is asked for: they compute direct light only;
+    /// [`Error::Unsupported`] for a budget of `lowrank` or `sg`, which keep none.
     pub fn method_to_run(&self) -> Result<MethodToRun> {
         let method = match (self.method, &self.plan) {
             (Method::Auto, Some(Plan::Reference(_))) | (Method::Reference, _) => MethodToRun::Reference,
@@ -85,13 +86,25 @@ impl Quality {
             (Method::Auto, None) => MethodToRun::PredictedDirect,
             (Method::Auto, Some(Plan::Direct(_))) | (Method::Direct, _) => MethodToRun::Direct,
         };
-        let name = match method {
-            MethodToRun::Direct | MethodToRun::PredictedDirect => "direct",
-            MethodToRun::LowRank => "lowrank",
-            MethodToRun::SphericalGaussian => "sg",
-            MethodToRun::Reference => return Ok(method),
+        let (name, keeps_a_budget) = match method {
+            MethodToRun::Direct | MethodToRun::PredictedDirect => ("direct", true),
+            MethodToRun::LowRank => ("lowrank", false),
+            MethodToRun::SphericalGaussian => ("sg", false),
+            MethodToRun::Reference => ("reference", true),
         };
-        if self.bounces > 0 {
+        if let Some(plan) = &self.plan {
+            match method {
+                MethodToRun::Direct | MethodToRun::PredictedDirect => plan.as_direct().map(drop),
+                MethodToRun::LowRank => plan.as_low_rank().map(drop),
+                MethodToRun::SphericalGaussian => plan.as_spherical_gaussian().map(drop),
+                MethodToRun::Reference => plan.as_reference().map(drop),
+            }?;
+        }
+        if self.budget.is_some() && !keeps_a_budget {
+            let what = format!("a budget with `method {name}`");
+            return Err(Error::Unsupported { what, remedy: "leave it out, or ask for `method direct`, which keeps one".to_owned() });
+        }
+        if self.bounces > 0 && method != MethodToRun::Reference {
             let problem = format!("{} reflections after the first are asked of `method {name}`", self.bounces);
             let remedy = "it computes direct light only; ask for 0, or for `method reference`";
             return Err(BadInput::new(problem, remedy).at_field("bounces").into());
@@ -136,6 +149,26 @@ mod tests {
         ] {
             let quality = quality(asked, bounces, plan);
             assert_eq!(quality.method_to_run().unwrap(), runs, "{quality:?}");
+        }
+    }
+
+    #[test]
+    fn what_a_method_would_refuse_is_refused_before_it_runs() {
+        let budget = |method| Quality { budget: Some(1.0), ..quality(method, 0, None) };
+        for method in [Method::LowRank, Method::SphericalGaussian] {
+            assert!(matches!(budget(method).method_to_run(), Err(Error::Unsupported { .. })), "{method:?}");
+        }
+        for method in [Method::Auto, Method::Direct, Method::Reference] {
+            assert!(budget(method).method_to_run().is_ok(), "{method:?}");
+        }
+        for (method, plan) in [
+            (Method::LowRank, "direct:2048x1"),
+            (Method::SphericalGaussian, "direct:2048x1"),
+            (Method::Reference, "direct:2048x1"),
+            (Method::Direct, "reference:bounces=0:first=8"),
+        ] {
+            let error = quality(method, 0, Some(plan)).method_to_run().unwrap_err().to_string();
+            assert!(error.contains("plan: ") && error.contains(plan), "{error}");
         }
     }
 

@@ -8,7 +8,7 @@ use super::mesh::{self, Mesh};
 use super::params::Param;
 use super::tile::Tile;
 use super::values::GeometryValues;
-use super::weave::{self, Weave};
+use super::weave::{self, Thread, Weave};
 use super::{grooves, grooves::Grooves, pyramids, pyramids::Pyramids, rods, rods::Rods};
 use crate::error::Result;
 use crate::toml_reader::TableReader;
@@ -96,6 +96,24 @@ impl Geometry {
             Self::Weave(_) => "weave",
             Self::HeightField(_) => "height-field",
             Self::Mesh(_) => "mesh",
+        }
+    }
+
+    /// The key that says how high the surface is: `geometry.depth`.
+    pub fn height_key(&self) -> &'static str {
+        match self {
+            Self::Grooves(_) => "geometry.depth",
+            Self::Pyramids(_) | Self::HeightField(_) => "geometry.height",
+            Self::Rods(_) => "geometry.length",
+            Self::Weave(weave) => {
+                let thickest = |threads: &[Thread]| threads.iter().map(|t| t.height).fold(0.0, f64::max);
+                match (thickest(&weave.warp), thickest(&weave.weft)) {
+                    (warp, weft) if weave.crimp >= 0.5 * (warp + weft) && weave.crimp > warp.max(weft) => "geometry.crimp",
+                    (warp, weft) if warp >= weft => "geometry.warp_height",
+                    _ => "geometry.weft_height",
+                }
+            }
+            Self::Mesh(_) => "geometry.scale",
         }
     }
 

@@ -61,7 +61,14 @@ pub fn read_radiance(path: &Path) -> Result<(Raster, Option<String>)> {
         _ => Err(BadInput::new(format!("the ending \"{ending}\" is not known for light"), "use .hdr or .exr")),
     };
     let mut raster = raster.map_err(|bad| bad.in_file(path))?;
-    let note = without_negatives(&mut raster).map_err(|bad| bad.in_file(path))?;
+    let mut note = without_negatives(&mut raster).map_err(|bad| bad.in_file(path))?;
+    if let Some(exposure) = decode::hdr_exposure(&bytes).filter(|_| ending == "hdr") {
+        let told = format!(
+            "the file says that its values are {exposure} times radiance (EXPOSURE): they are taken as they are; write `scale = {}` for radiance",
+            1.0 / exposure
+        );
+        note = Some(note.map_or(told.clone(), |other| format!("{other}; {told}")));
+    }
     while raster.channels.len() < 3 {
         raster.channels.push(raster.channels[0].clone());
     }

@@ -101,6 +101,66 @@ fn tiffs_of_all_whole_numbers_have_the_largest_one_as_1() {
     }
 }
 
+/// Rows of whole numbers of some bits, the highest first; each row begins with a byte. Numbers of whole bytes have the lowest first.
+fn rows_of_bits(rows: &[&[u32]], bits: u32) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for row in rows {
+        if bits.is_multiple_of(8) {
+            bytes.extend(row.iter().flat_map(|v| v.to_le_bytes().into_iter().take(bits as usize / 8)));
+            continue;
+        }
+        let all: Vec<u32> = row.iter().flat_map(|v| (0..bits).rev().map(move |bit| v >> bit & 1)).collect();
+        bytes.extend(all.chunks(8).map(|byte| (0..8).fold(0, |sum, k| sum << 1 | byte.get(k).map_or(0, |b| *b as u8))));
+    }
+    bytes
+}
+
+#[test]
+fn tiffs_of_bits_that_fill_no_byte_are_taken_apart() {
+    for bits in [3_u16, 5, 6, 7, 9, 10, 11, 12, 13, 14, 15, 17, 20, 24, 31] {
+        let largest = (1_u32 << bits) - 1;
+        let data = rows_of_bits(&[&[0, largest, 1], &[largest / 2, 2, largest - 1]], bits.into());
+        let shorts = |format: u16| vec![(258, vec![bits]), (259, vec![1]), (262, vec![1]), (277, vec![1]), (339, vec![format])];
+        let file = |format: u16, no_data: Option<&str>| {
+            let shorts = shorts(format);
+            let shorts: Vec<(u16, &[u16])> = shorts.iter().map(|(tag, values)| (*tag, &values[..])).collect();
+            parse(Path::new("a.tif"), &made_tiff([3, 2], &shorts, no_data.map(|text| (42113, text)), &data)).unwrap()
+        };
+        let share = |v: u32| (f64::from(v) / f64::from(largest)) as f32;
+        let raster = file(1, None);
+        assert_eq!(raster.channels, [[0, largest, 1, largest / 2, 2, largest - 1].map(share).to_vec()], "{bits} bits");
+        assert!(raster.integer && raster.width == 3 && raster.height == 2);
+        // All ones are -1, one less is -2.
+        let step = (1.0 / f64::from(largest / 2)) as f32;
+        assert_eq!(file(2, None).channels, [vec![0.0, -step, step, 1.0, 2.0 * step, -2.0 * step]], "{bits} bits with a sign");
+        // The mark of no data is a number of the file.
+        let shorts = shorts(1);
+        let shorts: Vec<(u16, &[u16])> = shorts.iter().map(|(tag, values)| (*tag, &values[..])).collect();
+        let bad = parse(Path::new("a.tif"), &made_tiff([3, 2], &shorts, Some((42113, &largest.to_string())), &data)).unwrap_err();
+        assert!(bad.problem.contains("column 1, row 0"), "{bad}");
+    }
+    // Colours.
+    let data = rows_of_bits(&[&[4095, 0, 2048, 0, 4095, 1]], 12);
+    let shorts: [(u16, &[u16]); 4] = [(258, &[12, 12, 12]), (259, &[1]), (262, &[2]), (277, &[3])];
+    let raster = parse(Path::new("a.tif"), &made_tiff([2, 1], &shorts, None, &data)).unwrap();
+    let share = |v: f64| (v / 4095.0) as f32;
+    assert_eq!(raster.channels, [vec![1.0, 0.0], vec![0.0, 1.0], vec![share(2048.0), share(1.0)]]);
+    // White as 0.
+    let shorts: [(u16, &[u16]); 4] = [(258, &[12]), (259, &[1]), (262, &[0]), (277, &[1])];
+    let raster = parse(Path::new("a.tif"), &made_tiff([2, 1], &shorts, None, &rows_of_bits(&[&[0, 4095]], 12))).unwrap();
+    assert_eq!(raster.channels, [vec![1.0, 0.0]]);
+    // Damaged files end somehow.
+    let whole = made_tiff([2, 1], &shorts, None, &rows_of_bits(&[&[0, 4095]], 12));
+    for cut in 0..whole.len() {
+        let _ = parse(Path::new("a.tif"), &whole[..cut]);
+        let mut damaged = whole.clone();
+        for value in [0, 1, 127, 255] {
+            damaged[cut] = value;
+            let _ = parse(Path::new("a.tif"), &damaged);
+        }
+    }
+}
+
 #[test]
 fn a_palette_gives_the_colours_of_its_entries() {
     let mut colours = vec![0_u16; 3 * 16];

@@ -46,12 +46,16 @@ impl MaterialValues {
         let micrometre = matches!(top.str("unit")?, Some("\u{b5}m" | "\u{3bc}m"));
         let unit = if micrometre { UNITS[1] } else { UNITS[top.choice("unit", &UNITS.map(|(unit, _)| unit))?.unwrap_or(2)] };
         let Some(table) = top.table("geometry")? else {
-            return Err(top.error("there is no [geometry] table", "add one with `kind = ...`; `biscale new` writes an example"));
+            return Err(top.no_table(
+                "geometry",
+                "there is no [geometry] table",
+                "add one with `kind = ...`; `biscale new` writes an example",
+            ));
         };
         let geometry = Geometry::values(table)?;
         let tables = top.tables("surface")?;
         if tables.is_empty() {
-            return Err(top.error("there is no [[surface]] table", "add one with `part = \"*\"` and a `brdf`"));
+            return Err(top.no_table("surface", "there is no [[surface]] table", "add one with `part = \"*\"` and a `brdf`"));
         }
         let surfaces = tables.into_iter().map(Surface::read).collect::<Result<Vec<_>>>()?;
         top.finish()?;

@@ -3,7 +3,7 @@
 /// Differences of two pictures of the same size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Difference {
-    /// Peak signal-to-noise ratio, dB: `20 log10(peak / RMS difference)`; infinite for equal pictures.
+    /// Peak signal-to-noise ratio, dB: `20 log10(peak / RMS difference)`; infinite for equal pictures, black ones too; NaN where they differ and the peak is 0.
     pub psnr: f64,
     /// `sqrt(sum (a - b)² / sum a²)` over all pixels and channels; absolute where `a` is black.
     pub relative_rms: f64,
@@ -17,18 +17,32 @@ pub struct Difference {
 
 /// The differences of `b` from `a`, whose peak is `peak`, or its own largest value.
 pub fn difference(a: &[[f32; 3]], b: &[[f32; 3]], peak: Option<f64>) -> Difference {
+    difference_of(a.iter().copied().zip(b.iter().copied()), peak)
+}
+
+/// As [`difference`], of pixels one by one.
+pub fn difference_of(pixels: impl Iterator<Item = ([f32; 3], [f32; 3])>, peak: Option<f64>) -> Difference {
     let (mut squares, mut energy, mut largest, mut own_peak) = (0.0, 0.0, 0.0_f64, 0.0_f64);
-    for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {
-        let (a, b) = (f64::from(*a), f64::from(*b));
-        squares += (a - b) * (a - b);
-        energy += a * a;
-        largest = largest.max((a - b).abs());
-        own_peak = own_peak.max(a);
+    let mut count: u64 = 0;
+    for (a, b) in pixels {
+        for (a, b) in a.into_iter().zip(b) {
+            let (a, b) = (f64::from(a), f64::from(b));
+            squares += (a - b) * (a - b);
+            energy += a * a;
+            largest = largest.max((a - b).abs());
+            own_peak = own_peak.max(a);
+        }
+        count += 3;
     }
     let peak = peak.unwrap_or(own_peak);
-    let rms = (squares / (3 * a.len()).max(1) as f64).sqrt();
+    let rms = (squares / count.max(1) as f64).sqrt();
     let relative_rms = if energy > 0.0 { (squares / energy).sqrt() } else { rms };
-    Difference { psnr: 20.0 * (peak / rms).log10(), relative_rms, rms, largest, peak }
+    let psnr = match (rms > 0.0, peak > 0.0) {
+        (false, _) => f64::INFINITY,
+        (true, false) => f64::NAN,
+        (true, true) => 20.0 * (peak / rms).log10(),
+    };
+    Difference { psnr, relative_rms, rms, largest, peak }
 }
 
 /// The colour, sRGB-encoded in 0..1, that stands for a share in 0..1: black over blue, magenta and orange to light yellow (a fit of the
@@ -52,6 +66,16 @@ mod tests {
         let a = [[0.5, 0.25, 1.0]; 4];
         let d = difference(&a, &a, None);
         assert_eq!((d.psnr, d.relative_rms, d.largest, d.peak), (f64::INFINITY, 0.0, 0.0, 1.0));
+    }
+
+    #[test]
+    fn black_pictures_are_equal_and_nothing_is_measured_by_a_peak_of_0() {
+        let (black, grey) = ([[0.0; 3]; 4], [[0.5; 3]; 4]);
+        let d = difference(&black, &black, None);
+        assert_eq!((d.psnr, d.relative_rms, d.rms, d.peak), (f64::INFINITY, 0.0, 0.0, 0.0));
+        let d = difference(&black, &grey, None);
+        assert!(d.psnr.is_nan() && d.relative_rms == 0.5 && d.largest == 0.5, "{d:?}");
+        assert!((difference(&black, &grey, Some(1.0)).psnr - 6.0206).abs() < 1e-4);
     }
 
     #[test]

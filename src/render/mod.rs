@@ -41,7 +41,7 @@ mod tests;
 mod texture;
 mod world;
 
-pub use compare::{Difference, colour_code, difference};
+pub use compare::{Difference, colour_code, difference, difference_of};
 pub use environment::Environment;
 pub use environment_lighting::{EnvironmentLit, EnvironmentReport, LEAST_TOLERANCE, PictureError, ResponseReport};
 pub use gather::{Lit, Point, View, gather_all, lights};

@@ -53,7 +53,12 @@ fn wrong_parameters_are_refused_by_line_and_key() {
             2,
             &["p.csv", ".obj, .ply or .stl"],
         ),
-        ("a material of another thing", Arguments(&["check", "plane.obj"]), 2, &["plane.obj:1", "not valid TOML"]),
+        ("a material of another thing", Arguments(&["check", "plane.obj"]), 2, &["plane.obj: this is an OBJ mesh"]),
+        ("a crimp of kilometres", Geometry("kind = \"weave\"\ncrimp = 1e9"), 2, &["m.toml: geometry.crimp", "times the period"]),
+        ("threads as thick as towers", Geometry("kind = \"weave\"\nweft_height = 1e6"), 2, &["m.toml: geometry.weft_height"]),
+        ("grooves to the centre of the earth", Geometry("kind = \"grooves\"\ndepth = 1e9"), 2, &["m.toml: geometry.depth"]),
+        ("deep pits", Geometry("kind = \"pyramids\"\nheight = -1e9"), 2, &["m.toml: geometry.height", "at most 2000 times"]),
+        ("long rods", Geometry("kind = \"rods\"\nlength = 1e6\ncount = 1"), 2, &["m.toml: geometry.length"]),
     ]);
 }
 
@@ -175,4 +180,43 @@ fn wrong_measured_brdfs_are_refused_by_name() {
         ("an RGL file that is text", case("b.bsdf", b"not a tensor file at all"), 2, &["b.bsdf"]),
         ("an RGL file that is cut", case("b.bsdf", b"tensor_file\0\x01\0\x09\0\0\0\x05\0theta"), 2, &["b.bsdf"]),
     ]);
+}
+
+/// A `.tmd` of 2 x 2 heights on 1 x 1 mm.
+fn height_map(heights: [f32; 4]) -> Vec<u8> {
+    let mut bytes = b"Binary TrueMap Data File v2.0\r\n\0\0".to_vec();
+    bytes.extend([2_u32, 2].into_iter().flat_map(u32::to_le_bytes));
+    bytes.extend([1.0, 1.0, 0.0, 0.0].into_iter().chain(heights).flat_map(f32::to_le_bytes));
+    bytes
+}
+
+#[test]
+fn heights_far_beyond_their_period_are_refused_by_check_and_eval_alike() {
+    let folder = support::Folder::new();
+    let material = |geometry: &str| {
+        format!("format = 1\n[geometry]\n{geometry}\n[[surface]]\npart = \"*\"\nbrdf = {{ model = \"lambert\", albedo = 0.5 }}\n")
+    };
+    folder.write("field.toml", material("kind = \"height-field\"\nfile = \"h.tmd\""));
+    folder.write("mesh.toml", material("kind = \"mesh\"\nfile = \"tall.obj\"\nperiod = [1.0, 1.0]"));
+    folder.write("tall.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 1e9\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n");
+    let both = |file: &str| {
+        let [check, eval] = [&["check", file][..], &["eval", file, "--pairs", "p.csv"]].map(|arguments| folder.run(arguments));
+        assert_eq!(check.status, eval.status, "{} {}", check.stderr, eval.stderr);
+        assert!(check.status == 0 || check.stderr == eval.stderr, "{} {}", check.stderr, eval.stderr);
+        (check.status, check.stderr)
+    };
+    for (heights, words) in [
+        ([0.0, 4e12, 1.0, 2.0], &["h.tmd: geometry.height", "column 1, row 0", "e12"][..]),
+        ([5e20; 4], &["h.tmd: geometry.height", "column 0, row 1", "e20"]),
+        ([0.0, 1e8, 1.0, 2.0], &["field.toml: geometry.height", "times the period"]),
+    ] {
+        folder.write("h.tmd", height_map(heights));
+        let (status, said) = both("field.toml");
+        assert!(status == 2 && words.iter().all(|w| said.contains(w)), "{heights:?}: {said}");
+    }
+    let (status, said) = both("mesh.toml");
+    assert!(status == 2 && said.contains("mesh.toml: geometry.scale") && said.contains("1.000e9 times"), "{said}");
+    // What is high and can be: the summit of a mountain, given above the sea.
+    folder.write("h.tmd", height_map([8848.0, 8847.5, 8847.25, 8847.0]));
+    assert_eq!(both("field.toml").0, 0);
 }

@@ -17,7 +17,7 @@ fn wrong_material_files_are_refused_by_line_and_field() {
         ("a text without end", Material("\"plane\"", "\"plane"), 2, &["m.toml:2", "not valid TOML"]),
         ("not UTF-8", File("m.toml", b"format = 1\nname = \"caf\xe9\"\n"), 2, &["m.toml:2", "UTF-8"]),
         ("empty", File("m.toml", b""), 2, &["m.toml:1", "format", "add `format = 1`"]),
-        ("binary", File("m.toml", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"), 2, &["m.toml:1", "UTF-8"]),
+        ("binary", File("m.toml", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"), 2, &["m.toml: this is a PNG image", "height-field"]),
         ("not there", NoFile("m.toml"), 2, &["m.toml", "no such file", "check the path"]),
         ("a folder", Wrong::Folder("m.toml"), 2, &["m.toml", "folder", "name a file"]),
         ("inside a file", Arguments(&["check", "plane.obj/m.toml"]), 2, &["plane.obj/m.toml", "no such file"]),
@@ -26,7 +26,18 @@ fn wrong_material_files_are_refused_by_line_and_field() {
         ("a format that is text", Material("format = 1", "format = \"1\""), 2, &["m.toml:1: format", "\"1\" is a string", "whole number"]),
         ("an unknown unit", Material("name =", "unit = \"inch\"\nname ="), 2, &["m.toml:2: unit", "inch", "mm"]),
         ("an unknown key", Material("name =", "nmae ="), 2, &["m.toml:2: nmae", "unknown key `nmae`", "did you mean `name`?"]),
-        ("an unknown table", Material("[geometry]", "[goemetry]"), 2, &["m.toml", "[geometry]"]),
+        ("an unknown table", Material("[geometry]", "[goemetry]"), 2, &["m.toml:4", "geometry", "did you mean", "`goemetry`"]),
+        (
+            "a required key misspelt",
+            Material("file =", "flie ="),
+            2,
+            &["m.toml:6: geometry.flie", "unknown key `flie`", "did you mean `file`?"],
+        ),
+        ("a part misspelt", Material("part =", "prat ="), 2, &["m.toml:10: surface[0].part", "`prat` on line 10"]),
+        ("a BRDF misspelt", Material("brdf =", "bdrf ="), 2, &["m.toml:11: surface[0].brdf", "`bdrf` on line 11"]),
+        ("the surfaces misspelt", Material("[[surface]]", "[[surfaces]]"), 2, &["m.toml:9", "surface", "did you mean", "`surfaces`"]),
+        ("the format misspelt", Material("format =", "fromat ="), 2, &["m.toml:1: format", "`fromat` on line 1"]),
+        ("an albedo misspelt", Material("albedo =", "albdeo ="), 2, &["m.toml:11: surface[0].brdf.albedo", "`albdeo` on line 11"]),
         (
             "no geometry",
             Material("[geometry]\nkind = \"mesh\"\nfile = \"plane.obj\"\nperiod = [1.0, 1.0]\n", ""),
@@ -245,6 +256,68 @@ fn wrong_arguments_are_refused_with_what_would_be_right() {
         ("two files to write", Arguments(&["new", "mesh", "a.toml", "b.toml"]), 2, &["two files"]),
         ("an unknown command", Arguments(&["evla", "m.toml"]), 2, &["evla", "eval"]),
     ]);
+}
+
+#[test]
+fn check_refuses_what_a_method_would_refuse_later() {
+    let folder = Folder::new();
+    for arguments in [
+        &["--method", "sg", "--budget", "1s"][..],
+        &["--method", "lowrank", "--budget", "1s"],
+        &["--method", "sg", "--bounces", "1"],
+        &["--method", "sg", "--plan", "direct:8192x4:weighted"],
+        &["--method", "lowrank", "--plan", "direct:8192x4:weighted"],
+        &["--method", "direct", "--plan", "reference:bounces=0:first=8"],
+    ] {
+        let said = ["check", "eval"].map(|command| {
+            let pairs: &[&str] = if command == "eval" { &["--pairs", "p.csv"] } else { &[] };
+            folder.run([command, "m.toml"].iter().chain(pairs).chain(arguments))
+        });
+        let [check, eval] = &said;
+        assert!(check.status != 0 && check.status == eval.status, "{arguments:?}: {} {}", check.stderr, eval.stderr);
+        assert_eq!(check.stderr, eval.stderr, "{arguments:?}");
+    }
+}
+
+/// Files of other programs: name, content, what they are, and what takes them.
+const FOREIGN: [(&str, &[u8], &str, &str); 12] = [
+    ("x.wif", b"[WIF]\nVersion=1.1\nDate=April 20, 1997\n", "a weaving draft (WIF)", "`wif`"),
+    ("x.obj", b"# made by hand\nv 0 0 0\nf 1 1 1\n", "an OBJ mesh", "`kind = \"mesh\"`"),
+    ("x.stl", b"solid x\nendsolid x\n", "an STL mesh", "`kind = \"mesh\"`"),
+    ("x.ply", b"ply\nformat ascii 1.0\nend_header\n", "a PLY mesh", "`kind = \"mesh\"`"),
+    ("x.png", b"\x89PNG\r\n\x1a\n", "a PNG image", "height-field"),
+    ("x.exr", b"\x76\x2f\x31\x01\x02\0\0\0", "an OpenEXR image", "[environment]"),
+    ("x.tif", b"II*\0\x08\0\0\0", "a TIFF image", "height-field"),
+    ("x.hdr", b"#?RADIANCE\n\n", "a radiance map", "[environment]"),
+    ("x.csv", b"wi_x,wi_y\n0,0\n", "a comma-separated list", "--pairs"),
+    ("x.json", b"{\"a\": 1}", "a JSON document", "capture.json"),
+    ("x.bsdf", b"tensor_file\0\x01", "a table of a measured BRDF", "measured"),
+    // Another program's file under our ending.
+    ("y.toml", b"\xef\xbb\xbf[WIF]\r\nVersion=1.1\r\n", "a weaving draft (WIF)", "`wif`"),
+];
+
+#[test]
+fn files_of_other_programs_are_named_and_so_is_what_takes_them() {
+    let folder = Folder::new();
+    for (name, content, what, used) in FOREIGN {
+        folder.write(name, content);
+        let is_mesh = what.ends_with("mesh");
+        let commands: [&[&str]; 5] = [
+            &["check", name],
+            &["eval", name, "--pairs", "p.csv"],
+            &["fold", name, "-o", "out.pdf"],
+            &["render", name, "-o", "out.png"],
+            &["fit", name, "-o", "out"],
+        ];
+        // A mesh is folded as it is, and a table of `bake` is evaluated.
+        for arguments in commands.into_iter().filter(|a| (a[0] != "fold" || !is_mesh) && (a[0] != "eval" || name != "x.exr")) {
+            let said = folder.run(arguments);
+            assert_eq!(said.status, 2, "{arguments:?}: {}", said.stderr);
+            for word in [name, what, used] {
+                assert!(said.stderr.contains(word), "{arguments:?}: no {word:?}: {}", said.stderr);
+            }
+        }
+    }
 }
 
 #[test]

@@ -28,6 +28,42 @@ fn an_image_equals_itself() {
     assert_eq!((&s["psnr_db"], &s["relative_rms"], &s["flip_mean"]), (&Value::Null, &0.0.into(), &0.0.into()), "{s}");
 }
 
+/// A TIFF of floats, 2 x 2 pixels of one grey value.
+fn grey_tiff(value: f32) -> Vec<u8> {
+    // Size, 32 bits, uncompressed, black is 0, data at byte 134, one sample, 2 rows a strip, 16 bytes, floats.
+    let entries = [(256, 2), (257, 2), (258, 32), (259, 1), (262, 1), (273, 134), (277, 1), (278, 2), (279, 16), (339, 3)];
+    let mut bytes = b"II*\0\x08\0\0\0".to_vec();
+    bytes.extend(10_u16.to_le_bytes());
+    for (tag, value) in entries {
+        let [tag, kind] = [tag, 3_u16].map(u16::to_le_bytes);
+        let [count, value] = [1, value].map(u32::to_le_bytes);
+        bytes.extend([&tag[..], &kind, &count, &value].concat());
+    }
+    bytes.extend([0; 4]);
+    bytes.extend(value.to_le_bytes().repeat(4));
+    bytes
+}
+
+#[test]
+fn black_images_are_identical_and_black_measures_nothing() {
+    let folder = Folder::new();
+    for (name, value) in [("black.tif", 0.0), ("grey.tif", 0.5), ("hole.tif", f32::NAN), ("infinite.tif", f32::INFINITY)] {
+        folder.write(name, grey_tiff(value));
+    }
+    let said = folder.run(["compare", "black.tif", "black.tif"]);
+    assert!(said.status == 0 && said.stdout.contains("identical") && !said.stdout.contains("NaN"), "{}{}", said.stdout, said.stderr);
+    let said = folder.run(["compare", "black.tif", "grey.tif"]);
+    assert!(said.status == 0 && said.stdout.contains("undefined") && !said.stdout.contains("inf"), "{}{}", said.stdout, said.stderr);
+    assert_eq!(summary(&folder, &["black.tif", "black.tif"])["identical"], true);
+    let s = summary(&folder, &["grey.tif", "black.tif"]);
+    assert!(s["identical"] == false && s["psnr_db"].as_f64().unwrap().abs() < 1e-6 && s["relative_rms"] == 1.0, "{s}");
+    // What is no number cannot be compared.
+    for name in ["hole.tif", "infinite.tif"] {
+        let said = folder.run(["compare", "grey.tif", name]);
+        assert!(said.status == 2 && said.stderr.contains(name) && said.stderr.contains("column 0, row 0"), "{}", said.stderr);
+    }
+}
+
 #[test]
 fn different_images_differ_and_their_panels_are_written() {
     let folder = with_images();

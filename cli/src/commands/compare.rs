@@ -1,14 +1,15 @@
 //! `biscale compare`: how far two images are apart.
 
+use crate::common::flip::flip_errors;
 use crate::common::options::{self, CommonArgs};
 use crate::common::output::{self, Target};
 use biscale::error::{BadInput, Result};
 use biscale::image_file::{self, Raster};
 use biscale::numerics::cast::narrow;
 use biscale::numerics::colour::{byte, linear_to_srgb};
-use biscale::render::{Difference, colour_code, difference};
+use biscale::render::{Difference, colour_code, difference_of};
 use clap::Args;
-use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8, FlipPool, flip};
+use nv_flip::DEFAULT_PIXELS_PER_DEGREE;
 use serde::Serialize;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -56,23 +57,40 @@ fn pixels_per_degree(text: &str) -> Result<f32, String> {
 
 /// An image as it is compared and as it is shown.
 struct Image {
-    /// Linear, or encoded.
-    compared: Vec<[f32; 3]>,
+    raster: Raster,
+    /// Stops by which floats are shown brighter, as a factor.
+    gain: f64,
     /// sRGB, 8 bits.
     shown: Vec<u8>,
 }
 
 impl Image {
-    fn new(raster: &Raster, linear: bool, exposure: f64) -> Self {
-        let channel = |c: usize, at: usize| raster.channels[c.min(raster.channels.len() - 1)][at];
-        let pixel = |at: usize| -> [f32; 3] { std::array::from_fn(|c| channel(c, at)) };
-        let gain = exposure.exp2();
-        let encode = |v: f32| if raster.integer { v } else { narrow(linear_to_srgb(gain * f64::from(v))) };
-        let pixels = || (0..raster.width * raster.height).map(pixel);
-        Self {
-            compared: pixels().map(|p| if linear { p } else { p.map(encode) }).collect(),
-            shown: pixels().flatten().map(|v| byte(encode(v).into())).collect(),
-        }
+    fn new(raster: Raster, exposure: f64) -> Self {
+        let mut image = Self { raster, gain: exposure.exp2(), shown: Vec::new() };
+        image.shown = (0..image.count()).flat_map(|at| image.pixel(at)).map(|v| byte(image.encoded(v).into())).collect();
+        image
+    }
+
+    fn count(&self) -> usize {
+        self.raster.width * self.raster.height
+    }
+
+    fn pixel(&self, at: usize) -> [f32; 3] {
+        let channels = &self.raster.channels;
+        std::array::from_fn(|c| channels[c.min(channels.len() - 1)][at])
+    }
+
+    /// As a screen is sent it.
+    fn encoded(&self, v: f32) -> f32 {
+        if self.raster.integer { v } else { narrow(linear_to_srgb(self.gain * f64::from(v))) }
+    }
+
+    /// The pixels that are compared: they are made as they are needed, since the largest images leave no memory for another copy.
+    fn compared(&self, linear: bool) -> impl Iterator<Item = [f32; 3]> {
+        (0..self.count()).map(move |at| {
+            let pixel = self.pixel(at);
+            if linear { pixel } else { pixel.map(|v| self.encoded(v)) }
+        })
     }
 }
 
@@ -96,15 +114,22 @@ pub fn run(args: &CompareArgs, common: &CommonArgs) -> Result<()> {
     }
     let linear = !a.integer && !b.integer;
     let size = [a.width, a.height];
-    let (a, b) = (Image::new(&a, linear, args.exposure), Image::new(&b, linear, args.exposure));
-    let Difference { psnr, relative_rms, rms, largest, peak } = difference(&a.compared, &b.compared, (!linear).then_some(1.0));
-    let [width, height] = size.map(|s| u32::try_from(s).expect("images are limited"));
-    let flip_image = |image: &Image| FlipImageRgb8::with_data(width, height, &image.shown);
-    let errors = flip(flip_image(&a), flip_image(&b), args.pixels_per_degree);
-    let pool = FlipPool::from_image(&errors);
+    let (a, b) = (Image::new(a, args.exposure), Image::new(b, args.exposure));
+    let pixels = a.compared(linear).zip(b.compared(linear));
+    let Difference { psnr, relative_rms, rms, largest, peak } = difference_of(pixels, (!linear).then_some(1.0));
+    let flip = flip_errors(size, &a.shown, &b.shown, args.pixels_per_degree);
     let values = if linear { "linear" } else { "sRGB-encoded" };
-    let summary =
-        Summary { psnr_db: psnr, relative_rms, rms, largest, peak, values, flip_mean: pool.mean(), flip_largest: pool.max_value() };
+    let summary = Summary {
+        identical: largest == 0.0,
+        psnr_db: psnr,
+        relative_rms,
+        rms,
+        largest,
+        peak,
+        values,
+        flip_mean: flip.mean,
+        flip_largest: flip.largest,
+    };
     if let Some(target) = &target {
         let (panels, size) = panels(&a, &b, size, args.factor);
         let comment = format!("{} | {} | difference times {}: {summary}", name(&args.a), name(&args.b), args.factor);
@@ -147,26 +172,34 @@ struct Object<'a> {
     summary: Summary,
 }
 
-/// The differences. Shown as a line of text, or serialised (an infinite PSNR as null).
+/// The differences. Shown as a line of text, or serialised (a PSNR that is no number as null).
 #[derive(Clone, Copy, Debug, Serialize)]
 struct Summary {
+    /// Whether no value differs: then the PSNR is infinite.
+    identical: bool,
     psnr_db: f64,
     relative_rms: f64,
     rms: f64,
     largest: f64,
     peak: f64,
     values: &'static str,
-    flip_mean: f32,
+    flip_mean: f64,
     flip_largest: f32,
 }
 
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { psnr_db, relative_rms, largest, peak, values, flip_mean, flip_largest, .. } = self;
+        let Self { identical, psnr_db, relative_rms, largest, peak, values, flip_mean, flip_largest, .. } = self;
+        let psnr = match psnr_db {
+            _ if *identical => "the images are identical, PSNR infinite".to_owned(),
+            // A peak of 0 measures nothing.
+            psnr if psnr.is_nan() => "PSNR undefined, since A is black".to_owned(),
+            psnr => format!("PSNR {psnr:.2} dB"),
+        };
         write!(
             f,
-            "PSNR {psnr_db:.2} dB (peak {peak:.4}, {values}), relative RMS {:.3} %, largest difference {largest:.4}, FLIP mean \
-             {flip_mean:.4}, largest {flip_largest:.4}",
+            "{psnr} (peak {peak:.4}, {values}), relative RMS {:.3} %, largest difference {largest:.4}, FLIP mean {flip_mean:.4}, largest \
+             {flip_largest:.4}",
             100.0 * relative_rms
         )
     }

@@ -98,6 +98,7 @@ pub fn run(args: &RenderArgs, common: &CommonArgs) -> Result<()> {
     let formats = args.output.iter().map(|path| Format::of(path)).collect::<Result<Vec<_>>>()?;
     let target = |path: &PathBuf| Target::new(path, args.force, &[&args.scene], |file| output::has_mark(file, MARK));
     let targets = args.output.iter().map(target).collect::<Result<Vec<_>>>()?;
+    Target::check_distinct(&targets)?;
     let start = Instant::now();
     let mut scene = Scene::parse_with(&Source::read(&args.scene)?, args.material.as_deref())?;
     if let Some(lighting) = args.lighting {

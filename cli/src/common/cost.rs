@@ -63,6 +63,7 @@ mod tests {
         assert_eq!(sum, BYTES as u64);
         assert!(cost.cpu_s.unwrap() > 1e-4 && cost.wall_s > 1e-4, "{cost:?}");
         let (peak, added) = (cost.peak_mib.unwrap(), cost.added_mib.unwrap());
-        assert!((60.0..80.0).contains(&added) && peak > added, "{cost:?}");
+        // Other tests of this process may give memory back meanwhile.
+        assert!((40.0..80.0).contains(&added) && peak > added, "{cost:?}");
     }
 }

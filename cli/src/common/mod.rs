@@ -6,6 +6,7 @@ pub mod figure;
 pub mod file_kind;
 pub mod filter_summary;
 pub mod flags;
+pub mod flip;
 pub mod interrupt;
 pub mod lowrank_cache;
 pub mod options;

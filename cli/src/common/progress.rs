@@ -6,6 +6,7 @@
 
 use super::interrupt;
 use super::options::CommonArgs;
+use super::output::plain;
 use biscale::error::Result;
 use biscale::filter::Control;
 use biscale::numerics::cast::truncate_u64;
@@ -90,7 +91,7 @@ impl Latest {
     }
 
     fn report(&mut self, stage: &str, share: f64, now: f64) {
-        stage.clone_into(&mut self.stage);
+        plain(stage).as_ref().clone_into(&mut self.stage);
         if share.is_finite() {
             self.share = self.share.max(share.clamp(0.0, 1.0));
         }
@@ -159,7 +160,7 @@ fn show(latest: &Mutex<Latest>, ended: Receiver<()>, start: Instant) {
         bar.set_style(ProgressStyle::with_template("{wide_bar} {percent:>3} % {msg}").expect("the template is right"));
         loop {
             let mut state = state();
-            state.take_texts(now()).iter().for_each(|text| bar.println(text));
+            state.take_texts(now()).iter().for_each(|text| bar.println(plain(text)));
             bar.set_message(format!("{} s{}: {}", now().trunc(), state.left_in_words(now()), state.stage));
             bar.set_position(truncate_u64(state.share.min(ALMOST) * STEPS as f64));
             drop(state);
@@ -181,7 +182,7 @@ fn show(latest: &Mutex<Latest>, ended: Receiver<()>, start: Instant) {
             drop(state);
             for line in lines {
                 // A log that cannot be written must not stop the work.
-                let _ = writeln!(std::io::stderr(), "{line}");
+                let _ = writeln!(std::io::stderr(), "{}", plain(&line));
             }
             if !goes_on(BETWEEN_FRAMES) {
                 break;

@@ -10,7 +10,7 @@ pub use simplify::MAX_REDUCED;
 pub use widths::{NARROW, TOO_NARROW, check_widths};
 
 use crate::design::{FoldRecipe, Source};
-use crate::mesh::{Mesh, Tolerance};
+use crate::mesh::{Mesh, Tolerance, repair};
 use biscale::error::BadInput;
 use glam::DVec2;
 use split::split;
@@ -21,7 +21,7 @@ use split::split;
 /// # Errors
 /// Those of [`Mesh::new`] and of the steps; no file is named, the caller adds it.
 pub fn prepare(source: &Source, recipe: &FoldRecipe) -> Result<(Mesh, bool), BadInput> {
-    let soup = source.triangles(recipe.scale, recipe.periods);
+    let mut soup = source.triangles(recipe.scale, recipe.periods);
     if let Some(k) = soup.vertices.iter().position(|v| !v.is_finite()) {
         let v = soup.vertices[k];
         return Err(BadInput::new(
@@ -39,6 +39,8 @@ pub fn prepare(source: &Source, recipe: &FoldRecipe) -> Result<(Mesh, bool), Bad
         return Err(BadInput::new(problem, "make it smaller with `scale`").at_field("scale"));
     }
     let several = soup.colours.iter().any(|c| *c != soup.colours[0]);
+    soup.weld(Tolerance::of_size(size).weld);
+    let repaired = repair(&mut soup)?;
     let (mut soup, mut notes) = simplify::reduce(soup, recipe)?;
     let textured = source.has_image() || (several && !notes.is_empty());
     if textured {
@@ -46,7 +48,9 @@ pub fn prepare(source: &Source, recipe: &FoldRecipe) -> Result<(Mesh, bool), Bad
         soup.colours.fill([1.0; 3]);
     }
     let mut mesh = Mesh::new(soup, Tolerance::of_size(size))?;
+    notes.splice(0..0, repaired);
     notes.append(&mut mesh.notes);
+    notes.extend(mesh.crossings_note());
     if recipe.thickness > 0.0 {
         mesh = Bend { thickness: recipe.thickness, radius: recipe.fold_radius, k: recipe.k_factor }.apply(mesh)?;
         notes.append(&mut mesh.notes);

@@ -1,6 +1,7 @@
 //! After the search: what is known, pictures beside the photographs, and the held-out one.
 
 use super::comparison::{Fitted, OtherLight, Validating};
+use super::deadline::stopped_when;
 use super::found::{found, stray_light};
 use super::options::{COARSE, FINE, Options, POLISH_SAMPLES, SEARCH_SHARE};
 use super::outcome::{Compared, Early, Outcome};
@@ -17,12 +18,13 @@ use crate::residuals::derivatives;
 use crate::residuals::equations::Evaluated;
 use crate::residuals::model::Model;
 use crate::residuals::unknowns::{self, UnknownKind};
-use crate::search::{APART, SearchShared, Start};
-use crate::uncertainty::identify::{self, Known};
-use crate::uncertainty::profile;
+use crate::search::{APART, SearchShared, Start, Trace};
+use crate::uncertainty::identify::{self, Identified, Known};
+use crate::uncertainty::profile::{self, Profile};
 use crate::verdict::validate::{self, Validation};
 use biscale::error::{BadInput, Error, Result};
 use biscale::filter::Control;
+use std::sync::atomic::AtomicBool;
 
 /// Profiles that are made. Chosen, not measured: each takes 14 evaluations.
 const PROFILES: usize = 3;
@@ -33,71 +35,135 @@ const OTHER_FACTOR: f64 = 0.02;
 /// What is added to the number of a start for samples of its own: those that tell what samples change.
 const REPLICATES: [usize; 4] = [1000, 2000, 3000, 4000];
 
+/// What ends the work after the search.
+#[derive(Clone, Copy)]
+pub(super) struct Ending<'a> {
+    /// The caller's.
+    pub(super) control: &'a Control<'a>,
+    /// When the time is over, if it is limited.
+    pub(super) deadline: Option<f64>,
+}
+
+impl Ending<'_> {
+    fn early(&self, shared: &SearchShared<'_>) -> Option<Early> {
+        if self.control.check().is_err() {
+            return Some(Early::Interrupted);
+        }
+        (shared.is_late() || self.is_over()).then_some(Early::TimeLimit)
+    }
+
+    fn is_over(&self) -> bool {
+        self.deadline.is_some_and(|d| (self.control.clock)() >= d)
+    }
+}
+
 /// Looks at what was found, once the search is over.
+///
+/// What was asked to stop, if anything was, is the search: a result that nobody can judge is worth little. So an interrupted search gets all of its report
+/// but for the profiles, and one that a time limit ended as much as fits into the limit.
 pub(super) fn finish(
     prepared: &Prepared<'_>,
     options: &Options,
     shared: &SearchShared<'_>,
+    searched: Searched,
+    ending: Ending<'_>,
+    watch: Stopwatch<'_>,
+) -> Result<Outcome> {
+    let early = ending.early(shared);
+    let stop = AtomicBool::new(false);
+    let over = || (early != Some(Early::Interrupted) && ending.control.check().is_err()) || ending.is_over();
+    let parts = Parts {
+        control: ending.control,
+        optional: Control { cancel: &stop, progress: &|_, _| {}, clock: ending.control.clock },
+        left_out: Vec::new(),
+    };
+    let mut outcome = stopped_when(&stop, over, || report(prepared, options, shared, searched, early, parts, watch))?;
+    if outcome.ended_early.is_none() && !outcome.left_out.is_empty() {
+        outcome.ended_early = ending.early(shared);
+    }
+    Ok(outcome)
+}
+
+/// Parts of the report, which are left out where the work must end before they are made.
+struct Parts<'a> {
+    control: &'a Control<'a>,
+    /// Stops when the work must end.
+    optional: Control<'a>,
+    left_out: Vec<&'static str>,
+}
+
+impl Parts<'_> {
+    fn make<T>(&mut self, name: &'static str, share: f64, make: impl FnOnce(&Control<'_>) -> Result<T>) -> Result<Option<T>> {
+        (self.control.progress)(name, SEARCH_SHARE + (1.0 - SEARCH_SHARE) * share);
+        match self.optional.check().and_then(|()| make(&self.optional)) {
+            Ok(made) => Ok(Some(made)),
+            Err(Error::Interrupted) => {
+                self.left_out.push(name);
+                Ok(None)
+            }
+            Err(error) => Err(error),
+        }
+    }
+}
+
+fn report(
+    prepared: &Prepared<'_>,
+    options: &Options,
+    shared: &SearchShared<'_>,
     Searched { starts, refined }: Searched,
+    early: Option<Early>,
+    mut parts: Parts<'_>,
     mut watch: Stopwatch<'_>,
 ) -> Result<Outcome> {
-    // What was asked to stop was the search: what follows is short, and a result without it could not be judged.
-    let never = std::sync::atomic::AtomicBool::new(false);
-    let early = ended_early(shared);
-    let report = |stage: &str, share: f64| (shared.control.progress)(stage, SEARCH_SHARE + (1.0 - SEARCH_SHARE) * share);
-    let control = &Control {
-        cancel: if early == Some(Early::Interrupted) { &never } else { shared.control.cancel },
-        progress: &|_, _| {},
-        clock: shared.control.clock,
-    };
     let spec = prepared.spec;
     let variants = prepared.variants().all;
-    report("identify", 0.0);
+    // What must be there in any case is not stopped.
+    let never = AtomicBool::new(false);
+    let control = &Control { cancel: &never, ..parts.optional };
     // Whatever the search moved, the colours are solved for here.
     let solved = Options { joint: false, ..options.clone() };
     let best = &Start { point: starts[0].point[..unknowns::variables(spec).len()].to_vec(), ..starts[0].clone() };
     let model = model_of(prepared, &solved, &prepared.fine, POLISH_SAMPLES, best, &variants[best.choice], control)?;
     let Some(evaluated) = model.evaluate(&best.point, control)? else { return Err(no_surface(prepared)) };
-    let derivatives = derivatives::derivatives(&model, &best.point, &evaluated, control)?;
-    let replicates = in_parallel(&REPLICATES, |_, &seed| {
-        let other = Start { number: best.number + seed, ..best.clone() };
-        let model = model_of(prepared, &solved, &prepared.fine, POLISH_SAMPLES, &other, &variants[best.choice], control)?;
-        Ok(model.evaluate_with(&best.point, Some(&evaluated.linear), control)?.map(|e| derivatives::residuals(&e)))
-    })?;
-    let replicates: Vec<Vec<f64>> = replicates.into_iter().flatten().filter(|r| r.len() == derivatives.rows.len()).collect();
-    let mut identified = identify::identify(&model, &best.point, &evaluated, &derivatives, &replicates);
-    watch.lap("identify");
-    report("profiles", 0.3);
-    let mut profiles = Vec::new();
-    if early.is_none() {
-        for (unknown, profile) in profile::profiles(&model, &best.point, &evaluated, &identified, &derivatives, PROFILES, control)? {
-            identified.widen(unknown, profile.wider);
-            profiles.push(profile);
-        }
-        watch.lap("profiles");
-    }
+    let (identified, profiles) = uncertainty(prepared, &solved, &model, &evaluated, best, early, &mut parts)?;
+    watch.lap("uncertainty");
     let mut notes = prepared.notes.clone();
     notes.extend(best.interreflection.iter().flat_map(|found| found.notes.iter().cloned()));
+    if spec.bounces > 0 && best.interreflection.is_none() {
+        notes.push(
+            "the search ended before interreflections were traced: the material explains the photographs by direct light alone".to_owned(),
+        );
+    }
     let (text, close_up) = fitted_text(prepared, &model, &evaluated, &best.point, &mut notes)?;
     let material = text.material()?;
     let small = material.build()?;
-    report("pictures", 0.5);
     let training = evaluated.relative_rms(&prepared.fine);
     let fitted = Fitted { material: &material, small: &small, opaque: prepared.opaque };
-    let compared = compare_distant(prepared, &fitted, &model, &evaluated, best, control)?;
-    let offset = stray_light(&model.unknowns, &evaluated.linear, 0);
-    let question = Validating { fitted, compared: &compared, training, stray_light: offset, seed: options.seed };
-    let validations = validate_all(prepared, &question, &mut notes, control)?;
+    let compared = parts.make("pictures", 0.5, |control| compare_distant(prepared, &fitted, &model, &evaluated, best, control))?;
+    let compared = compared.unwrap_or_default();
+    let mut validations = Vec::new();
+    if spec.of_role(Role::Validation).next().is_some() {
+        let stray_light = stray_light(&model.unknowns, &evaluated.linear, 0);
+        let question = Validating { fitted, compared: &compared, training, stray_light, seed: options.seed };
+        let validated = parts.make("validation", 0.7, |control| validate_all(prepared, &question, control))?;
+        let (found, told) = validated.unwrap_or_default();
+        validations = found;
+        notes.extend(told);
+    }
     watch.lap("pictures");
-    let several = several(prepared, options, &starts[..refined], &variants, control)?;
+    let several = parts.make("other minima", 0.9, |control| several(prepared, options, &starts[..refined], &variants, control))?;
+    let several = several.unwrap_or_default();
     if !several.is_empty() {
         notes.push(format!("several solutions: {} other minima fit as well as the best one", several.len()));
     }
     notes.extend(identified.known.iter().filter_map(note_of));
+    notes.extend(left_out_note(&parts.left_out));
     let failures = failures(training, &validations, &starts[0]);
-    report("report", 1.0);
+    (parts.control.progress)("report", 1.0);
+    let entries = if early.is_some() { shared.trace_with_memory() } else { shared.sorted_trace() };
     Ok(Outcome {
-        coordinates: coordinates(&model, options.joint),
+        trace: Trace { coordinates: coordinates(&model, options.joint), entries },
+        evaluations: shared.evaluations(),
         best: best.point.clone(),
         text,
         identified,
@@ -105,12 +171,12 @@ pub(super) fn finish(
         objective: evaluated.objective,
         training,
         several,
-        trace: shared.sorted_trace(),
         close_up,
         bins: prepared.fine.clone(),
         compared,
         validations,
         ended_early: early,
+        left_out: parts.left_out,
         seconds: watch.parts,
         notes,
         failures,
@@ -119,12 +185,64 @@ pub(super) fn finish(
     })
 }
 
-/// What ended the search before it was done.
-fn ended_early(shared: &SearchShared<'_>) -> Option<Early> {
-    if shared.control.check().is_err() {
-        return Some(Early::Interrupted);
+/// How well the unknowns are known, and profiles of those that are known worst. Where the search ended early there are no profiles.
+fn uncertainty(
+    prepared: &Prepared<'_>,
+    options: &Options,
+    model: &Model<'_>,
+    evaluated: &Evaluated,
+    best: &Start,
+    early: Option<Early>,
+    parts: &mut Parts<'_>,
+) -> Result<(Identified, Vec<Profile>)> {
+    let variants = prepared.variants().all;
+    let found = parts.make(STANDARD_DEVIATIONS, 0.0, |control| {
+        let derivatives = derivatives::derivatives(model, &best.point, evaluated, control)?;
+        let replicates = in_parallel(&REPLICATES, |_, &seed| {
+            let other = Start { number: best.number + seed, ..best.clone() };
+            let model = model_of(prepared, options, &prepared.fine, POLISH_SAMPLES, &other, &variants[best.choice], control)?;
+            Ok(model.evaluate_with(&best.point, Some(&evaluated.linear), control)?.map(|e| derivatives::residuals(&e)))
+        })?;
+        let replicates: Vec<Vec<f64>> = replicates.into_iter().flatten().filter(|r| r.len() == derivatives.rows.len()).collect();
+        Ok((identify::identify(model, &best.point, evaluated, &derivatives, &replicates), derivatives))
+    })?;
+    let Some((mut identified, derivatives)) = found else {
+        parts.left_out.push(PROFILES_PART);
+        return Ok((identify::values_only(model, &best.point, evaluated), Vec::new()));
+    };
+    if early.is_some() {
+        parts.left_out.push(PROFILES_PART);
+        return Ok((identified, Vec::new()));
     }
-    shared.deadline.filter(|&d| (shared.control.clock)() >= d).map(|_| Early::TimeLimit)
+    let profiled = parts.make(PROFILES_PART, 0.3, |control| {
+        profile::profiles(model, &best.point, evaluated, &identified, &derivatives, PROFILES, control)
+    })?;
+    let mut profiles = Vec::new();
+    for (unknown, profile) in profiled.unwrap_or_default() {
+        identified.widen(unknown, profile.wider);
+        profiles.push(profile);
+    }
+    Ok((identified, profiles))
+}
+
+/// Names of parts of the report.
+const STANDARD_DEVIATIONS: &str = "standard deviations";
+/// The same.
+const PROFILES_PART: &str = "profiles";
+
+/// What is missing since the work ended early, and what that means for what is there.
+fn left_out_note(left_out: &[&str]) -> Option<String> {
+    if left_out.is_empty() {
+        return None;
+    }
+    // Without profiles nothing tells a valley that bends.
+    let narrow = left_out.contains(&PROFILES_PART) && !left_out.contains(&STANDARD_DEVIATIONS);
+    let narrow = if narrow {
+        format!("; standard deviations may be too small, by up to {} times, where a valley bends", profile::WIDEST)
+    } else {
+        String::new()
+    };
+    Some(format!("left out, since the fit ended early: {}{narrow}", left_out.join(", ")))
 }
 
 fn no_surface(prepared: &Prepared<'_>) -> Error {
@@ -177,18 +295,16 @@ fn compare_distant(
     prepared.distant.iter().enumerate().map(one).collect()
 }
 
+/// Photographs that were held out beside the material, and what the user should know of them.
+type Validated = (Vec<(Validation, Compared)>, Vec<String>);
+
 /// The photographs that were held out beside the fitted material.
-fn validate_all(
-    prepared: &Prepared<'_>,
-    question: &Validating<'_>,
-    notes: &mut Vec<String>,
-    control: &Control<'_>,
-) -> Result<Vec<(Validation, Compared)>> {
-    let mut validations = Vec::new();
+fn validate_all(prepared: &Prepared<'_>, question: &Validating<'_>, control: &Control<'_>) -> Result<Validated> {
+    let (mut validations, mut notes) = (Vec::new(), Vec::new());
     for photograph in prepared.spec.of_role(Role::Validation) {
         let sights = sights_of(photograph, prepared.spec, &prepared.start);
         match DirectionBins::new(photograph, &sights, FINE.bins) {
-            Ok(bins) => validations.push(question.validate(photograph, bins, prepared.spec.bounces, notes, control)?),
+            Ok(bins) => validations.push(question.validate(photograph, bins, prepared.spec.bounces, &mut notes, control)?),
             Err(error) => notes.push(format!("a validation photograph cannot be used: {error}")),
         }
     }
@@ -196,7 +312,7 @@ fn validate_all(
     notes.extend(scaled.map(|(v, _)| {
         format!("{}: its irradiance is not known: it was scaled to fit, and proves colours only up to a factor", v.photograph)
     }));
-    Ok(validations)
+    Ok((validations, notes))
 }
 
 /// What the user should know of an unknown.

@@ -1,6 +1,7 @@
 //! The whole fit: photographs in, material out, with all that says how far to trust it.
 
 mod comparison;
+mod deadline;
 mod finish;
 mod found;
 mod options;
@@ -8,9 +9,11 @@ mod outcome;
 mod prepared;
 mod stages;
 mod stopwatch;
+mod watcher;
 mod whole;
 
-pub use options::{COARSE, Effort, FINE, Options, POLISH_SAMPLES};
+pub use options::{COARSE, Effort, FINE, Options, POLISH_SAMPLES, REPORT_SHARE};
 pub use outcome::{Better, Compared, Early, Outcome};
 pub use prepared::{Survey, survey};
+pub use watcher::Watcher;
 pub use whole::fit;

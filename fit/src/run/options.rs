@@ -13,6 +13,9 @@ pub const POLISH_SAMPLES: u32 = 8192;
 /// Share of the progress that is told of a fit when the search ends. Chosen, not measured.
 pub(super) const SEARCH_SHARE: f64 = 0.8;
 
+/// Share of a time limit that is kept for what follows the search. Chosen, not measured: less leaves parts of the report out more often.
+pub const REPORT_SHARE: f64 = 0.2;
+
 /// What the caller wants.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
@@ -24,7 +27,7 @@ pub struct Options {
     pub joint: bool,
     /// Seed of everything random.
     pub seed: u64,
-    /// Seconds after which the search ends with the best so far.
+    /// Seconds that all of the fit may take; it ends with the best so far.
     pub time_limit: Option<f64>,
     /// How closely the search looks.
     pub effort: Effort,

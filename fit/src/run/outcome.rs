@@ -5,7 +5,7 @@ use crate::photograph::close_up::CloseUp;
 use crate::photograph::direction_bins::DirectionBins;
 use crate::photograph::image::Photograph;
 use crate::residuals::model::Model;
-use crate::search::{Entry, Stage, Start};
+use crate::search::{Stage, Start, Trace};
 use crate::uncertainty::identify::Identified;
 use crate::uncertainty::profile::Profile;
 use crate::verdict::picture::RenderedPhotograph;
@@ -52,10 +52,10 @@ pub struct Outcome {
     pub starts: Vec<Start>,
     /// Other minima as good as the best one.
     pub several: Vec<Vec<(String, f64)>>,
-    /// Every evaluation.
-    pub trace: Vec<Entry>,
-    /// Names of the coordinates of a point of the trace.
-    pub coordinates: Vec<String>,
+    /// Every evaluation of the stages.
+    pub trace: Trace,
+    /// Evaluations of this run: those of the trace, and those between the stages that find where the periods of the close-up lie.
+    pub evaluations: usize,
     /// Values of all variables at a point of the trace.
     pub best: Vec<f64>,
     /// What the close-up says.
@@ -68,6 +68,8 @@ pub struct Outcome {
     pub validations: Vec<(Validation, Compared)>,
     /// What ended the search early, if anything.
     pub ended_early: Option<Early>,
+    /// Parts of the report that were left out since it ended early.
+    pub left_out: Vec<&'static str>,
     /// Name and seconds of each part of the work.
     pub seconds: Vec<(&'static str, f64)>,
     /// What the user should know.

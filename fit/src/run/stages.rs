@@ -131,12 +131,12 @@ impl Search<'_> {
         // Of starts that ended in the same minimum the best one is enough.
         let most = if self.options.effort.coarse_first { REFINED } else { usize::MAX };
         let (chosen, rest) = choose(starts, &variants.all, most);
-        let mut starts = self.refined(chosen, &variants.all, watch)?;
+        let (mut starts, unrefined) = self.refined(chosen, &variants.all, watch)?;
         if self.may_go_on() {
             starts[0] = self.polished(starts[0].clone(), &variants.all, watch)?;
         }
         let refined = starts.len();
-        starts.extend(rest);
+        starts.extend(unrefined.into_iter().chain(rest));
         Ok(Searched { starts, refined })
     }
 
@@ -192,20 +192,27 @@ impl Search<'_> {
     }
 
     /// The chosen starts on the fine model, the best first; as they were where the search must end before.
-    fn refined(&self, mut chosen: Vec<Start>, variants: &[Variant], watch: &mut Stopwatch<'_>) -> Result<Vec<Start>> {
+    fn refined(&self, mut chosen: Vec<Start>, variants: &[Variant], watch: &mut Stopwatch<'_>) -> Result<(Vec<Start>, Vec<Start>)> {
         if self.prepared.spec.bounces > 0 {
             chosen = chosen.into_iter().map(|start| self.interreflecting(start, FIRST_ROUNDS, variants)).collect::<Result<_>>()?;
             watch.lap("interreflections");
         }
         let chosen = self.registered(chosen, FINE.samples, variants)?;
         if !self.may_go_on() {
-            return Ok(chosen);
+            return Ok((chosen, Vec::new()));
         }
-        let mut refined = self.stage(Stage::Refine, &self.prepared.fine, FINE.samples, &chosen, variants)?;
-        // A start whose refinement did not begin stands where it stood.
-        refined.retain(|s| s.objective.is_finite());
+        let refined = self.stage(Stage::Refine, &self.prepared.fine, FINE.samples, &chosen, variants)?;
         watch.lap("refine");
-        Ok(if refined.is_empty() { chosen } else { refined })
+        // A start whose refinement did not begin stands where it stood.
+        let (refined, others): (Vec<Start>, Vec<Start>) = refined.into_iter().partition(|s| s.objective.is_finite());
+        if refined.is_empty() {
+            return Ok((chosen, Vec::new()));
+        }
+        let as_before = |other: Start| {
+            let stood = chosen.iter().find(|s| s.number == other.number).cloned();
+            stood.map(|s| Start { evaluations: other.evaluations, ..s })
+        };
+        Ok((refined, others.into_iter().filter_map(as_before).collect()))
     }
 
     /// The best start with more samples, and the interreflections of where it stands now.
@@ -217,15 +224,16 @@ impl Search<'_> {
         let begin = self.registered(vec![best.clone()], POLISH_SAMPLES, variants)?;
         let polished = self.stage(Stage::Polish, &self.prepared.fine, POLISH_SAMPLES, &begin, variants)?.swap_remove(0);
         watch.lap("polish");
-        Ok(if polished.objective.is_finite() { polished } else { best })
+        Ok(if polished.objective.is_finite() { polished } else { Start { evaluations: polished.evaluations, ..best } })
     }
 
     /// The starts with the heights at which the close-up's periods are registered with the model's.
     fn registered(&self, starts: Vec<Start>, samples: u32, variants: &[Variant]) -> Result<Vec<Start>> {
         let one = |start: &Start| {
             let settled = self.model(&self.prepared.fine, samples, start, variants).and_then(|mut model| {
-                let evaluations = start.evaluations + model.settle_height(&start.point, self.shared.control)?;
-                Ok((model.registration(), evaluations))
+                let evaluations = model.settle_height(&start.point, self.shared.control)?;
+                self.shared.count(evaluations);
+                Ok((model.registration(), start.evaluations + evaluations))
             });
             match settled {
                 Ok((registration, evaluations)) => Ok(Start { registration, evaluations, ..start.clone() }),

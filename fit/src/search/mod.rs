@@ -13,4 +13,4 @@ mod trace;
 
 pub use one_start::{Task, search};
 pub use starts::{APART, Start, latin_hypercube, starts};
-pub use trace::{Entry, Memory, SearchShared, Stage};
+pub use trace::{Entry, Memory, SearchShared, Stage, Told, Trace};

@@ -150,14 +150,16 @@ struct Noted<'a> {
     number: usize,
     stage: Stage,
     shared: &'a SearchShared<'a>,
-    count: AtomicUsize,
+    /// Points that were asked for: numbers of evaluations do not depend on which of them ends first.
+    asked: AtomicUsize,
+    evaluated: AtomicUsize,
     best: Mutex<Best>,
 }
 
 impl Evaluate for Noted<'_> {
     fn evaluate(&self, points: &[Vec<f64>], linear: Option<&[f64]>) -> Result<Vec<Option<Evaluated>>> {
         let Self { model, number, stage, shared, .. } = *self;
-        let first = self.count.fetch_add(points.len(), Ordering::Relaxed);
+        let first = self.asked.fetch_add(points.len(), Ordering::Relaxed);
         in_parallel(points, |k, point| {
             let evaluation = first + k;
             // Residuals are not kept: what an earlier run evaluated is evaluated again.
@@ -165,6 +167,7 @@ impl Evaluate for Noted<'_> {
                 return Err(Error::Interrupted);
             }
             let evaluated = model.evaluate_with(point, linear, shared.control)?;
+            self.evaluated.fetch_add(1, Ordering::Relaxed);
             let objective = evaluated.as_ref().map_or(f64::INFINITY, |e| e.objective);
             // With colours that are held for derivatives it is no candidate.
             if linear.is_none() {
@@ -179,13 +182,14 @@ impl Evaluate for Noted<'_> {
 /// [`search`] by the derivatives of the residuals.
 fn descend(model: &Model<'_>, start: &Start, task: &Task, shared: &SearchShared<'_>) -> Result<Start> {
     let best = Mutex::new(Best::unknown(start));
-    let noted = Noted { model, number: start.number, stage: task.stage, shared, count: AtomicUsize::new(0), best };
+    let (asked, evaluated) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let noted = Noted { model, number: start.number, stage: task.stage, shared, asked, evaluated, best };
     let converged = match descent::descend(model, &start.point, task.limits, &noted) {
         Ok(found) => found.converged,
         Err(Error::Interrupted) => false,
         Err(error) => return Err(error),
     };
     let Best { point, objective } = noted.best.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-    let evaluations = start.evaluations + noted.count.into_inner();
+    let evaluations = start.evaluations + noted.evaluated.into_inner();
     Ok(Start { point, objective, evaluations, converged, ..start.clone() })
 }

@@ -28,7 +28,7 @@ pub struct Known {
     pub name: String,
     /// Its value.
     pub value: f64,
-    /// Its standard deviation.
+    /// Its standard deviation; NaN where it was not computed.
     pub sigma: f64,
     /// Width of its bounds.
     pub range: f64,
@@ -208,8 +208,8 @@ impl BestPoint<'_> {
     /// How well unknown `i` is known, by its standard deviation as a share of the range and that without the close-up.
     fn known(&self, i: usize, share: f64, share_without: Option<f64>) -> Known {
         let mut known = match i.checked_sub(self.point.len()) {
-            None => self.known_variable(i),
-            Some(k) => self.known_linear(k, self.range[i], self.held[i]),
+            None => known_variable(self.model, self.point, i),
+            Some(k) => known_linear(self.model, self.evaluated, k, self.range[i], self.held[i]),
         };
         known.sigma_without_close_up = share_without.map(|s| s * known.scale);
         known.from_close_up =
@@ -217,33 +217,33 @@ impl BestPoint<'_> {
         known.set_sigma(share);
         known
     }
+}
 
-    /// An unknown of the search, without its standard deviations.
-    fn known_variable(&self, i: usize) -> Known {
-        let (variable, unit) = (&self.model.variables[i], self.point[i]);
-        let at = |u: f64| variable.at(self.model.input.spec, &self.model.unknowns, u);
-        // A parameter that moves by factors is not as wide here as there.
-        let (low, high) = ((unit - PARAMS.at_bound).max(0.0), (unit + PARAMS.at_bound).min(1.0));
-        Known {
-            name: variable.name(self.model.input.spec, &self.model.unknowns),
-            at_bound: !(PARAMS.at_bound..=1.0 - PARAMS.at_bound).contains(&unit),
-            kind: if matches!(variable, Variable::Parameter(_)) { "parameter" } else { "light" },
-            scale: (at(high) - at(low)) / (high - low),
-            ..Known::of(at(unit), [at(0.0), at(1.0)])
-        }
+/// An unknown of the search, without its standard deviations.
+fn known_variable(model: &Model<'_>, point: &[f64], i: usize) -> Known {
+    let (variable, unit) = (&model.variables[i], point[i]);
+    let at = |u: f64| variable.at(model.input.spec, &model.unknowns, u);
+    // A parameter that moves by factors is not as wide here as there.
+    let (low, high) = ((unit - PARAMS.at_bound).max(0.0), (unit + PARAMS.at_bound).min(1.0));
+    Known {
+        name: variable.name(model.input.spec, &model.unknowns),
+        at_bound: !(PARAMS.at_bound..=1.0 - PARAMS.at_bound).contains(&unit),
+        kind: if matches!(variable, Variable::Parameter(_)) { "parameter" } else { "light" },
+        scale: (at(high) - at(low)) / (high - low),
+        ..Known::of(at(unit), [at(0.0), at(1.0)])
     }
+}
 
-    /// A linear unknown, without its standard deviations.
-    fn known_linear(&self, k: usize, range: f64, held: bool) -> Known {
-        let unknown = &self.model.unknowns[k];
-        let (kind, bounds) = match unknown.kind {
-            UnknownKind::Colour(..) => ("colour", unknown.bounds),
-            UnknownKind::StrayLight(..) => ("veil", [0.0, range]),
-            UnknownKind::Exposure => ("exposure", unknown.bounds),
-        };
-        let known = Known::of(self.evaluated.linear[k], bounds);
-        Known { name: unknown.name.clone(), at_bound: held, kind, scale: range, ..known }
-    }
+/// A linear unknown, without its standard deviations.
+fn known_linear(model: &Model<'_>, best: &Evaluated, k: usize, range: f64, held: bool) -> Known {
+    let unknown = &model.unknowns[k];
+    let (kind, bounds) = match unknown.kind {
+        UnknownKind::Colour(..) => ("colour", unknown.bounds),
+        UnknownKind::StrayLight(..) => ("veil", [0.0, range]),
+        UnknownKind::Exposure => ("exposure", unknown.bounds),
+    };
+    let known = Known::of(best.linear[k], bounds);
+    Known { name: unknown.name.clone(), at_bound: held, kind, scale: range, ..known }
 }
 
 /// Ranges of all unknowns in the units of the derivatives: of the box for the search; a colour cannot be more than all, stray light than the picture; an
@@ -318,6 +318,26 @@ pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives:
     let correlations = correlated(&known, &covariance);
     let condition = condition(&derivatives.gram(&at.range, |_| 1.0), total);
     Identified { known, correlations, condition, chi2, residuals, covariance }
+}
+
+/// The values at the best point, where there was no time to tell how well they are known: standard deviations, χ² and condition are NaN.
+pub fn values_only(model: &Model<'_>, point: &[f64], best: &Evaluated) -> Identified {
+    let range = ranges(model, point.len(), best);
+    let held = on_walls(model, point.len(), best);
+    let known = |i: usize| {
+        let known = match i.checked_sub(point.len()) {
+            None => known_variable(model, point, i),
+            Some(k) => known_linear(model, best, k, range[i], held[i]),
+        };
+        Known { sigma: f64::NAN, ..known }
+    };
+    Identified {
+        known: (0..range.len()).map(known).collect(),
+        condition: f64::NAN,
+        chi2: f64::NAN,
+        residuals: f64::NAN,
+        ..Identified::default()
+    }
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::with_control;
 use biscale_fit::fit_file::spec::Spec;
-use biscale_fit::run::{Options, Outcome, fit};
+use biscale_fit::run::{Options, Outcome, Watcher, fit};
 use biscale_fit::search::Memory;
 use biscale_fit::uncertainty::identify::Known;
 use std::path::Path;
@@ -77,7 +77,7 @@ pub fn run(folder: &Path, tables: &str, start: &str, moves: &str, options: &Opti
     std::fs::write(folder.join("start.toml"), start).unwrap();
     std::fs::write(folder.join("fit.toml"), format!("format = 1\nmaterial = \"start.toml\"\n{tables}{moves}")).unwrap();
     let spec = Spec::load(&folder.join("fit.toml")).unwrap();
-    with_control(|control| fit(&spec, options, &Memory::default(), &|_| {}, control)).unwrap()
+    with_control(|control| fit(&spec, options, &Memory::default(), Watcher::NOBODY, control)).unwrap()
 }
 
 /// What was found for one unknown.
@@ -93,7 +93,7 @@ pub fn print(outcome: &Outcome) {
     }
     let period = outcome.close_up.as_ref().map(|c| c.period.map(|p| p.map(|p| p.length)));
     println!("period {period:.4?}, height and doubt {:?}", outcome.starts[0].registration);
-    println!("training {:.4}, objective {:.3}, {} evaluations", outcome.training, outcome.objective, outcome.trace.len());
+    println!("training {:.4}, objective {:.3}, {} evaluations", outcome.training, outcome.objective, outcome.evaluations);
     for (v, _) in &outcome.validations {
         println!("validation {:.4}, ratio {:.2}, {:?}", v.relative_rms, v.ratio, v.verdict);
     }

@@ -15,7 +15,12 @@ use faer::Mat;
 use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime};
+
+/// How the names of files begin and end that are being written.
+const UNFINISHED: [&str; 2] = [".matrix-", ".part"];
+/// A file that was begun this long ago is not being written any more. Chosen, not measured: a matrix is written in seconds.
+const LONG_AGO: Duration = Duration::from_secs(3600);
 
 /// First bytes of a file: the format and its version.
 const MAGIC: &[u8; 12] = b"biscale-m\0\0\x02";
@@ -98,7 +103,8 @@ impl MatrixCache {
         let path = self.path(&key);
         let write = || -> std::io::Result<()> {
             fs::create_dir_all(&self.folder)?;
-            let mut file = tempfile::NamedTempFile::new_in(&self.folder)?;
+            self.remove_unfinished(LONG_AGO);
+            let mut file = tempfile::Builder::new().prefix(UNFINISHED[0]).suffix(UNFINISHED[1]).tempfile_in(&self.folder)?;
             file.write_all(&bytes)?;
             file.as_file().sync_all()?;
             file.persist(&path).map_err(|e| e.error)?;
@@ -106,6 +112,17 @@ impl MatrixCache {
         };
         write().map_err(|e| format!("cannot write {}: {e}", path.display()))?;
         self.shrink(&path).map_err(|e| e.to_string())
+    }
+
+    /// Removes files that were begun at least so long ago and not finished: processes that were killed left them. What cannot be removed stays.
+    fn remove_unfinished(&self, age: Duration) {
+        for entry in fs::read_dir(&self.folder).into_iter().flatten().flatten() {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            let is_old = || entry.metadata().and_then(|m| m.modified()).is_ok_and(|time| time.elapsed().is_ok_and(|passed| passed >= age));
+            if name.starts_with(UNFINISHED[0]) && name.ends_with(UNFINISHED[1]) && is_old() {
+                let _ = fs::remove_file(entry.path());
+            }
+        }
     }
 
     /// Removes files until the rest fits, the least recently used first, `keep` last.
@@ -167,6 +184,7 @@ impl MatrixCache {
         for (path, _, _) in &files {
             fs::remove_file(path).map_err(|source| Error::Io { action: "remove", path: path.clone(), source })?;
         }
+        self.remove_unfinished(Duration::ZERO);
         // Other files in it stay, and then so does the folder.
         let _ = fs::remove_dir(&self.folder);
         Ok((files.len(), files.iter().map(|f| f.1).sum()))
@@ -299,6 +317,27 @@ mod tests {
         fs::write(cache.folder.join("notes.txt"), "mine").unwrap();
         assert_eq!(cache.clear().unwrap().0, 1);
         assert!(cache.folder.join("notes.txt").exists(), "a file of someone else's went too");
+    }
+
+    #[test]
+    fn what_a_killed_process_left_goes() {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = cache(folder.path(), 1 << 30);
+        let left = cache.folder.join(".matrix-AbCdEf.part");
+        let others = cache.folder.join(".tmpAbCdEf");
+        fs::create_dir(&cache.folder).unwrap();
+        for path in [&left, &others] {
+            fs::write(path, "half").unwrap();
+        }
+        let grey = brdf(0.5);
+        cache.keep(&grey, &SETTINGS, &matrix(&grey)).unwrap();
+        assert!(left.exists(), "what was begun just now may be being written");
+        fs::File::options().write(true).open(&left).unwrap().set_modified(SystemTime::now() - 2 * LONG_AGO).unwrap();
+        cache.keep(&grey, &SETTINGS, &matrix(&grey)).unwrap();
+        assert!(!left.exists() && others.exists());
+        fs::write(&left, "half").unwrap();
+        cache.clear().unwrap();
+        assert!(!left.exists() && others.exists());
     }
 
     #[test]

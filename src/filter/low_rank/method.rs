@@ -6,7 +6,7 @@ use super::choices::MatrixRows;
 use super::errors::{adapt, errors, raw_values};
 use super::run::{LowRankRun, RawValues, Stage};
 use crate::direction::Pair;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::filter::control::Control;
 use crate::filter::plan::{LowRankPlan, Plan, Variant};
 use crate::filter::probes::{ApproximationErrors, Probes, values_with_error};
@@ -21,10 +21,6 @@ use crate::visibility::MAX_PERIODS;
 
 /// Effective values by the low-rank method.
 pub(in crate::filter) fn low_rank(small: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
-    if quality.budget.is_some() {
-        let what = "a budget with `method lowrank`".to_owned();
-        return Err(Error::Unsupported { what, remedy: "leave it out, or ask for `method direct`, which keeps one".to_owned() });
-    }
     let given = quality.plan.as_ref().map(Plan::as_low_rank).transpose()?;
     let variant = given.map_or_else(|| quality.variant_of(Method::LowRank), |plan| plan.variant());
     let mut run = LowRankRun::new(small, variant, quality, control);

@@ -6,7 +6,7 @@ use super::modes::SAMPLE_PAIRS;
 use super::normals::NormalLobes;
 use super::surface::{SurfaceBrdf, SurfaceLobes};
 use crate::direction::Pair;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::facets::Facets;
 use crate::filter::control::{Control, RisingShare};
 use crate::filter::facet_sampler::FacetSampler;
@@ -53,10 +53,6 @@ pub(in crate::filter) fn spherical_gaussians(
     quality: &Quality,
     control: &Control<'_>,
 ) -> Result<Effective> {
-    if quality.budget.is_some() {
-        let what = "a budget with `method sg`".to_owned();
-        return Err(Error::Unsupported { what, remedy: "leave it out, or ask for `method direct`, which keeps one".to_owned() });
-    }
     let given = quality.plan.as_ref().map(Plan::as_spherical_gaussian).transpose()?;
     let variant = quality.variant_of(Method::SphericalGaussian);
     let mut run = Run::new(small, pairs.len(), quality, control);

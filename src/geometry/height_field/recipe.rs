@@ -16,6 +16,9 @@ use std::path::PathBuf;
 /// A grid of a larger [`Grid::coarseness`] is noted: about that of white noise blurred by one and a half pixels. Chosen, not measured.
 const COARSE: f64 = 0.8;
 
+/// Largest height over the longer side of the map: there numbers of double precision are 1e-7 of that side apart. Heights above the sea are far below.
+const MAX_MAGNITUDE: f64 = 1e9;
+
 /// Parameters of this kind.
 pub const PARAMS: &[Param] = &[
     Param {
@@ -148,9 +151,23 @@ impl HeightField {
         Ok(Grid { columns, rows, heights, period })
     }
 
+    /// Refuses heights that are so large that their differences are rounding: see [`MAX_MAGNITUDE`].
+    fn check_magnitude(&self, grid: &Grid) -> Result<()> {
+        let most = MAX_MAGNITUDE * grid.period.max_element();
+        let Some(place) = grid.heights.iter().position(|h| h.is_nan() || h.abs() > most) else { return Ok(()) };
+        // Rows were turned round.
+        let (column, row) = (place % grid.columns, grid.rows - 1 - place / grid.columns);
+        let height = grid.heights[place];
+        let problem =
+            format!("the height in column {column}, row {row} is {height:e}, and the map is {} x {}", grid.period.x, grid.period.y);
+        let remedy = "check that heights and widths are given in the same unit, and that this is no mark of a hole";
+        Err(BadInput::new(problem, remedy).in_file(&self.file).at_field("geometry.height").into())
+    }
+
     pub(in crate::geometry) fn build(&self) -> Result<Tile> {
         let mut notes = Vec::new();
         let mut grid = self.load()?;
+        self.check_magnitude(&grid)?;
         if self.detrend {
             let slope = grid.remove_plane();
             notes.push(format!("removed a plane that rises by {:.3e} along x and {:.3e} along y", slope.x, slope.y));

@@ -3,7 +3,7 @@
 use super::super::tile::Tile;
 use super::orientation::Up;
 use super::soup::Soup;
-use super::{obj, orientation, ply, stl};
+use super::{obj, orientation, ply, stl, textures};
 use crate::bounded_file::{MAX_DATA_BYTES, read_bounded};
 use crate::error::{BadInput, Result};
 use glam::{DVec2, DVec3};
@@ -67,7 +67,11 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<Soup, BadInput> {
         "stl" => stl::parse(bytes),
         _ => Err(BadInput::new(format!("the ending \"{ending}\" is not known for a mesh"), "use .obj, .ply or .stl")),
     };
-    soup.map(Soup::finish)
+    let mut soup = soup?.finish();
+    let images = textures::of_libraries(path.parent().unwrap_or(Path::new("")), &soup.libraries);
+    let images = images.into_iter().chain(std::mem::take(&mut soup.textures)).collect();
+    soup.notes.extend(textures::note(images));
+    Ok(soup)
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ mod polygon;
 mod recipe;
 mod soup;
 mod stl;
+mod textures;
 
 pub(crate) use file::load_coloured;
 pub use file::{PlainMesh, read_plain};

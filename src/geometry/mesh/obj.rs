@@ -68,6 +68,11 @@ impl State {
             "vn" => self.soup.normals_ignored = true,
             "g" => self.group = name(),
             "usemtl" => self.material = name(),
+            // Several names, or one with spaces in it.
+            "mtllib" => {
+                self.soup.libraries.push(rest.to_owned());
+                self.soup.libraries.extend(rest.split_whitespace().filter(|word| *word != rest).map(str::to_owned));
+            }
             "f" => self.face(rest)?,
             "p" | "l" | "curv" | "curv2" | "surf" => self.ignored += 1,
             _ => {}

@@ -70,9 +70,9 @@ struct Face {
 /// Parses a PLY file.
 pub(super) fn parse(bytes: &[u8]) -> Result<Soup, BadInput> {
     let bytes = as_text(bytes)?;
-    let Header { encoding, elements, start, lines } = Header::read(&bytes)?;
+    let Header { encoding, elements, start, lines, textures } = Header::read(&bytes)?;
     let mut body = Body { bytes: &bytes, at: start, line: lines, encoding };
-    let mut soup = Soup::default();
+    let mut soup = Soup { textures, ..Soup::default() };
     let mut uv: Vec<DVec2> = Vec::new();
     // Faces may stand before the vertices they use: they are joined at the end.
     let mut faces: Vec<Face> = Vec::new();
@@ -200,12 +200,15 @@ struct Header {
     start: usize,
     /// Lines of the header.
     lines: usize,
+    /// Images that comments name, as `MeshLab` writes them.
+    textures: Vec<String>,
 }
 
 impl Header {
     fn read(bytes: &[u8]) -> Result<Self, BadInput> {
         let mut encoding = None;
         let mut elements: Vec<Element> = Vec::new();
+        let mut textures = Vec::new();
         let (mut at, mut number) = (0, 0);
         // As the first line ends, so do the others: a binary number may look like a line end.
         let end: &[u8] = match bytes.iter().position(|b| b"\r\n".contains(b)) {
@@ -223,6 +226,7 @@ impl Header {
             let bad = |problem: String| BadInput::new(problem, "see the PLY format, or export it again").at_line(number);
             let words: Vec<&str> = line.split_whitespace().collect();
             match (number, &words[..]) {
+                (2.., ["comment", "TextureFile", image @ ..]) if !image.is_empty() => textures.push(image.join(" ")),
                 (1, ["ply"]) | (2.., [] | ["comment" | "obj_info", ..]) => {}
                 (1, _) => return Err(bad("the file does not begin with \"ply\"".into())),
                 (_, ["format", format, ..]) => {
@@ -253,7 +257,7 @@ impl Header {
             }
         }
         let encoding = encoding.ok_or_else(|| BadInput::new("the header has no format", "see the PLY format"))?;
-        Ok(Self { encoding, elements, start: at, lines: number })
+        Ok(Self { encoding, elements, start: at, lines: number, textures })
     }
 }
 

@@ -23,6 +23,10 @@ pub(super) struct Soup {
     pub normals_ignored: bool,
     /// Polygons that cross themselves.
     pub crossed: usize,
+    /// Material libraries, as the file names them.
+    pub libraries: Vec<String>,
+    /// Images that the file names for its surface.
+    pub textures: Vec<String>,
     pub notes: Vec<String>,
 }
 

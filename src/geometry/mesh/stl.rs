@@ -20,13 +20,24 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Soup, BadInput> {
         return text(&decode(bytes));
     }
     match (count, full) {
-        (Some(count), Some(full)) if full <= bytes.len() => binary(&bytes[HEADER..], count),
+        (Some(count), Some(full)) if full <= bytes.len() => of_size(&bytes[HEADER..], count),
         (Some(count), _) => {
             let problem = format!("the file is cut short: it announces {count} triangles at byte 80 and has {} bytes", bytes.len());
             Err(BadInput::new(problem, "export it again"))
         }
         (None, _) => Err(BadInput::new(format!("{} bytes are too few for an STL file", bytes.len()), "export it again")),
     }
+}
+
+/// Triangles of a file that may hold more of them than it announces: programs that write as they go leave a count of 0.
+fn of_size(records: &[u8], count: usize) -> Result<Soup, BadInput> {
+    let held = if records.len().is_multiple_of(RECORD) { records.len() / RECORD } else { count };
+    let mut soup = binary(records, if count == 0 { held } else { count })?;
+    if held > count {
+        let use_of_them = if count == 0 { "all are read" } else { "the others are not read" };
+        soup.notes.push(format!("the file announces {count} triangles and holds {held}: {use_of_them}"));
+    }
+    Ok(soup)
 }
 
 fn add(soup: &mut Soup, corners: [DVec3; 3]) -> Result<(), BadInput> {
@@ -99,6 +110,26 @@ mod tests {
         binary[100..104].copy_from_slice(&f32::NAN.to_le_bytes());
         assert!(parse(&binary).unwrap_err().problem.contains("triangle 1 at byte 84"));
         assert!(parse(b"").is_err());
+    }
+
+    #[test]
+    fn a_count_that_is_not_that_of_the_file_is_told() {
+        let mut triangle = vec![0_u8; 12];
+        for value in [0_f32, 0., 0., 1., 0., 0., 0., 1., 0.] {
+            triangle.extend(value.to_le_bytes());
+        }
+        triangle.extend([0, 0]);
+        let file = |count: u32, held: usize| [&[0_u8; 80][..], &count.to_le_bytes(), &triangle.repeat(held)].concat();
+        for (count, held, read, note) in [
+            (2, 2, 2, None),
+            (0, 3, 3, Some("announces 0 triangles and holds 3: all are read")),
+            (1, 3, 1, Some("announces 1 triangles and holds 3: the others are not read")),
+        ] {
+            let soup = parse(&file(count, held)).unwrap();
+            assert_eq!(soup.triangles.len(), read);
+            assert!(soup.notes.len() == usize::from(note.is_some()) && note.is_none_or(|n| soup.notes[0].contains(n)), "{:?}", soup.notes);
+        }
+        assert!(parse(&file(0, 0)).unwrap().triangles.is_empty());
     }
 
     #[test]

@@ -28,3 +28,32 @@ pub fn hdr(bytes: &[u8]) -> Result<Raster, BadInput> {
     let (channels, alpha) = deinterleave(decoded.as_raw(), 3, |v| v);
     Ok(Raster { width: width as usize, height: height as usize, channels, alpha, integer: false })
 }
+
+/// What the values of a file were multiplied by, if its header says so and it is not 1: the product of all its `EXPOSURE` lines.
+pub fn hdr_exposure(bytes: &[u8]) -> Option<f64> {
+    let mut product = 1.0;
+    for line in bytes.split(|&b| b == b'\n').take_while(|line| !line.trim_ascii().is_empty()) {
+        if let Some(value) = line.strip_prefix(b"EXPOSURE=") {
+            product *= std::str::from_utf8(value).ok()?.trim().parse::<f64>().ok().filter(|v| v.is_finite() && *v > 0.0)?;
+        }
+    }
+    (product != 1.0).then_some(product)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exposures_are_multiplied_and_end_with_the_header() {
+        for (header, exposure) in [
+            ("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\nEXPOSURE=3\n", None),
+            ("#?RADIANCE\nEXPOSURE=2.0\nEXPOSURE= 0.25 \n\n-Y 1 +X 1\n", Some(0.5)),
+            ("#?RADIANCE\nEXPOSURE=1\n\n", None),
+            ("#?RADIANCE\nEXPOSURE=0\n\n", None),
+            ("#?RADIANCE\nEXPOSURE=bright\n\n", None),
+        ] {
+            assert_eq!(hdr_exposure(header.as_bytes()), exposure, "{header}");
+        }
+    }
+}

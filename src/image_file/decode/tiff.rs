@@ -1,6 +1,7 @@
-//! TIFF: grey, RGB or a palette; whole numbers of 1, 2, 4, 8, 16 or 32 bits, with or without a sign, and floats.
+//! TIFF: grey, RGB or a palette; whole numbers of 1 to 64 bits, with or without a sign, and floats.
 
 use super::common::{MAX_BYTES, deinterleave, unreadable};
+use super::packed_tiff::{PackedTiff, packed};
 use crate::error::BadInput;
 use crate::image_file::raster::{Raster, check_size};
 use crate::numerics::cast::narrow;
@@ -17,6 +18,9 @@ pub fn tiff(bytes: &[u8]) -> Result<Raster, BadInput> {
     let mut limits = Limits::default();
     limits.decoding_buffer_size = usize::try_from(MAX_BYTES).unwrap_or(usize::MAX);
     limits.intermediate_buffer_size = limits.decoding_buffer_size;
+    if let Some(file) = packed(bytes) {
+        return packed_raster(&file, limits);
+    }
     let (bytes, is_palette) = as_grey(bytes);
     let mut decoder = Decoder::new(Cursor::new(&*bytes)).map_err(|e| unreadable("TIFF", e))?.with_limits(limits);
     let (width, height) = decoder.dimensions().map_err(|e| unreadable("TIFF", e))?;
@@ -54,6 +58,23 @@ pub fn tiff(bytes: &[u8]) -> Result<Raster, BadInput> {
         channels = coloured(&channels[0], kind.bit_depth(), palette)?;
     }
     Ok(Raster { width, height, channels, alpha, integer })
+}
+
+/// The raster of a file whose samples are taken apart here.
+fn packed_raster(file: &PackedTiff, limits: Limits) -> Result<Raster, BadInput> {
+    let mut decoder = Decoder::new(Cursor::new(&*file.bytes)).map_err(|e| unreadable("TIFF", e))?.with_limits(limits);
+    let (_, height) = decoder.dimensions().map_err(|e| unreadable("TIFF", e))?;
+    check_size(file.width as u64, height.into())?;
+    let no_data = no_data(&mut decoder)?;
+    let raw = decoder.read_image().map_err(|e| unreadable("TIFF", e))?;
+    let height = height as usize;
+    let DecodingResult::U8(raw) = raw else { return Err(unreadable("TIFF", "its bytes are none")) };
+    if raw.len() != file.row_bytes() * height {
+        return Err(unreadable("TIFF", format!("it has {} bytes for {height} rows of {}", raw.len(), file.row_bytes())));
+    }
+    let values = file.unpacked(&raw, height, no_data);
+    let (channels, alpha) = deinterleave(&values, file.samples, |v| v);
+    Ok(Raster { width: file.width, height, channels, alpha, integer: true })
 }
 
 /// The file with places of a palette taken as greys, which is what the decoder knows; and whether they are such places.
@@ -121,6 +142,8 @@ fn samples(raw: DecodingResult, bits: u8, rows: [usize; 2], no_data: Option<f64>
         DecodingResult::U8(raw) => whole(&mut raw.into_iter().map(f64::from), u8::MAX.into()),
         DecodingResult::U16(raw) if bits == 16 => whole(&mut raw.into_iter().map(f64::from), u16::MAX.into()),
         DecodingResult::U32(raw) if bits == 32 => whole(&mut raw.into_iter().map(f64::from), u32::MAX.into()),
+        DecodingResult::U64(raw) if bits == 64 => whole(&mut raw.into_iter().map(|v| v as f64), u64::MAX as f64),
+        DecodingResult::I64(raw) if bits == 64 => whole(&mut raw.into_iter().map(|v| v as f64), i64::MAX as f64),
         DecodingResult::I8(raw) => whole(&mut raw.into_iter().map(f64::from), i8::MAX.into()),
         DecodingResult::I16(raw) if bits == 16 => whole(&mut raw.into_iter().map(f64::from), i16::MAX.into()),
         DecodingResult::I32(raw) if bits == 32 => whole(&mut raw.into_iter().map(f64::from), i32::MAX.into()),
@@ -130,7 +153,7 @@ fn samples(raw: DecodingResult, bits: u8, rows: [usize; 2], no_data: Option<f64>
         DecodingResult::F64(raw) => float(&mut raw.into_iter().map(narrow)),
         _ => {
             let problem = format!("the TIFF has samples of {bits} bits");
-            return Err(BadInput::new(problem, "write whole numbers of 1, 2, 4, 8, 16 or 32 bits, or floats"));
+            return Err(BadInput::new(problem, "write whole numbers of 8, 16 or 32 bits, or floats"));
         }
     })
 }
@@ -138,7 +161,7 @@ fn samples(raw: DecodingResult, bits: u8, rows: [usize; 2], no_data: Option<f64>
 /// Samples of 1, 2 or 4 bits, the first in the highest bits; each row begins with a byte.
 fn unpacked(raw: &[u8], bits: u8, [in_row, rows]: [usize; 2]) -> Result<Vec<u8>, BadInput> {
     if !matches!(bits, 1 | 2 | 4) {
-        return Err(BadInput::new(format!("the TIFF has samples of {bits} bits"), "write 1, 2, 4, 8, 16 or 32"));
+        return Err(BadInput::new(format!("the TIFF has samples of {bits} bits"), "write 8, 16 or 32"));
     }
     let in_byte = usize::from(8 / bits);
     let bytes = in_row.div_ceil(in_byte);

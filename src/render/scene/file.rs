@@ -86,7 +86,7 @@ impl Scene {
         let top = TableReader::new(source, "", root.get_ref(), 0);
         let name = top.head()?;
         let Some(table) = top.table("camera")? else {
-            return Err(top.error("there is no [camera] table", "add one; `biscale new scene` writes an example"));
+            return Err(top.no_table("camera", "there is no [camera] table", "add one; `biscale new scene` writes an example"));
         };
         let camera_at = (table.line(), "camera.origin");
         let camera = Camera::read(table)?;
@@ -96,7 +96,7 @@ impl Scene {
             return Err(top.error_at("light", format!("there are {} lights", lights.len()), format!("at most {MAX_LIGHTS} are possible")));
         }
         if lights.is_empty() && environment.is_none() {
-            return Err(top.error("there is no light", "add a [[light]] or an [environment]"));
+            return Err(top.no_table("light", "there is no light", "add a [[light]] or an [environment]"));
         }
         let background = top.colour("background", LIGHT)?;
         if background.is_some() && environment.as_ref().is_some_and(|e| e.visible) {
@@ -105,7 +105,7 @@ impl Scene {
         let exposure = Exposure::read(&top)?;
         let tables = top.tables("object")?;
         if tables.is_empty() {
-            return Err(top.error("there is no [[object]]", "add one with a `kind` and a `material`"));
+            return Err(top.no_table("object", "there is no [[object]]", "add one with a `kind` and a `material`"));
         }
         if tables.len() > MAX_OBJECTS {
             let problem = format!("there are {} objects", tables.len());

@@ -5,7 +5,7 @@ use biscale::error::{BadInput, Error, Result};
 use biscale::numerics::hash::Fnv1a;
 use biscale_fit::fit_file::spec::Spec;
 use biscale_fit::run::{Options, Outcome};
-use biscale_fit::search::{Entry, Memory, Stage};
+use biscale_fit::search::{Entry, Memory, Stage, Trace};
 use biscale_fit::uncertainty::identify::Known;
 use serde_json::{Value, json};
 use std::io::{self, Write};
@@ -35,11 +35,11 @@ pub fn mark(spec: &Spec, options: &Options) -> String {
 }
 
 /// Writes the trace.
-pub fn write_trace(out: &mut dyn Write, outcome: &Outcome, mark: &str) -> io::Result<()> {
+pub fn write_trace(out: &mut dyn Write, trace: &Trace, mark: &str) -> io::Result<()> {
     writeln!(out, "{mark}")?;
-    let names: Vec<String> = outcome.coordinates.iter().map(|n| format!("\"{}\"", n.replace('"', "\"\""))).collect();
+    let names: Vec<String> = trace.coordinates.iter().map(|n| format!("\"{}\"", n.replace('"', "\"\""))).collect();
     writeln!(out, "stage,start,evaluation,objective{}{}", if names.is_empty() { "" } else { "," }, names.join(","))?;
-    for entry in &outcome.trace {
+    for entry in &trace.entries {
         write!(out, "{},{},{},{}", entry.stage.name(), entry.start, entry.evaluation, entry.objective)?;
         for u in &entry.point {
             write!(out, ",{u}")?;
@@ -82,7 +82,11 @@ pub fn read_trace(path: &Path, mark: &str) -> Result<Memory> {
 /// One unknown in a line: `geometry.depth = 0.51 +/- 0.02 (4 %)`.
 pub fn line(known: &Known) -> String {
     let share = if known.value == 0.0 { String::new() } else { format!(" ({:.1} %)", 100.0 * (known.sigma / known.value).abs()) };
-    let mut text = format!("{} = {} +/- {}{share}", known.name, digits(known.value), digits(known.sigma));
+    let mut text = if known.sigma.is_nan() {
+        format!("{} = {} (standard deviation not computed)", known.name, digits(known.value))
+    } else {
+        format!("{} = {} +/- {}{share}", known.name, digits(known.value), digits(known.sigma))
+    };
     for flag in flags(known) {
         text.push_str(", ");
         text.push_str(flag);
@@ -123,7 +127,7 @@ pub fn summary(spec: &Spec, options: &Options, outcome: &Outcome, compared: &[tr
             "relative_rms": outcome.training,
             "objective": finite(outcome.objective),
             "chi2": finite(outcome.identified.chi2),
-            "residuals": outcome.identified.residuals,
+            "residuals": finite(outcome.identified.residuals),
             "photographs": outcome.compared.iter().zip(&outcome.bins).map(|(c, bins)| json!({
                 "photograph": c.photograph.file.file_name().unwrap_or_default().to_string_lossy(),
                 "relative_rms": c.relative_rms,
@@ -145,12 +149,13 @@ pub fn summary(spec: &Spec, options: &Options, outcome: &Outcome, compared: &[tr
             "optimizer": options.optimiser.name(),
             "colours": if options.joint { "joint" } else { "projected" },
             "seed": options.seed,
-            "evaluations": outcome.trace.len(),
+            "evaluations": outcome.evaluations,
             "ended_early": outcome.ended_early,
             "starts": outcome.starts.iter().map(|s| json!({
                 "number": s.number, "objective": finite(s.objective), "evaluations": s.evaluations, "converged": s.converged, "restarts": s.restarts,
             })).collect::<Vec<_>>(),
         },
+        "left_out": outcome.left_out,
         "compared_optimizers": compared,
         "notes": outcome.notes,
     })

@@ -1,8 +1,9 @@
 //! FLIP (Andersson et al. 2020) between a photograph and the fitted material.
 
+use crate::common::flip::flip_errors;
 use biscale::numerics::colour::srgb_byte;
 use biscale_fit::photograph::image::Photograph;
-use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8, FlipPool, flip};
+use nv_flip::DEFAULT_PIXELS_PER_DEGREE;
 
 /// Mean FLIP of the pixels that are compared, both as a screen would show them; the others are black in both.
 pub fn mean_flip(photograph: &Photograph, picture: &[[f32; 3]], used: &[u32]) -> f64 {
@@ -16,9 +17,10 @@ pub fn mean_flip(photograph: &Photograph, picture: &[[f32; 3]], used: &[u32]) ->
                 bytes[3 * pixel as usize + c] = srgb_byte(share.into());
             }
         }
-        FlipImageRgb8::with_data(width, height, &bytes)
+        bytes
     };
-    let errors = flip(image(&photograph.image.rgb), image(picture), DEFAULT_PIXELS_PER_DEGREE);
+    let size = [width as usize, height as usize];
+    let errors = flip_errors(size, &image(&photograph.image.rgb), &image(picture), DEFAULT_PIXELS_PER_DEGREE);
     let share = used.len() as f64 / f64::from(width * height);
-    f64::from(FlipPool::from_image(&errors).mean()) / share.max(1e-9)
+    errors.mean / share.max(1e-9)
 }

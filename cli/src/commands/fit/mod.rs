@@ -16,9 +16,9 @@ use crate::common::progress;
 use biscale::error::{Error, Result};
 use biscale::filter::Control;
 use biscale_fit::fit_file::spec::Spec;
-use biscale_fit::run::{Better, Early, Options, Outcome};
-use biscale_fit::search::Memory;
+use biscale_fit::run::{Better, Early, Options, Outcome, Watcher};
 use biscale_fit::search::optimise::Optimiser;
+use biscale_fit::search::{Memory, Trace};
 use clap::{Args, ValueEnum};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -27,6 +27,8 @@ use std::time::{Duration, Instant};
 
 /// Time between two pictures of the best guess so far.
 const BETWEEN_PICTURES: Duration = Duration::from_secs(2);
+/// Time between two states of the evaluations on disk: what a killed process loses. Chosen, not measured: short beside the hours that a search may take.
+const BETWEEN_CHECKPOINTS: Duration = Duration::from_secs(1);
 /// Seconds that an interrupted fit has for its report.
 const PATIENCE: u64 = 60;
 
@@ -54,7 +56,7 @@ pub struct FitArgs {
     /// Starts of the search, spread over the bounds; the first one is where the fit file says
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=256), allow_negative_numbers = true)]
     starts: u16,
-    /// Wall time after which the search ends with the best so far, such as 30s or 2m
+    /// Wall time for all of it, such as 30s or 2m: it ends with the best so far, and what of the report does not fit is left out and named
     #[arg(long, value_name = "TIME", value_parser = options::time, allow_hyphen_values = true)]
     time_limit: Option<Duration>,
     /// Go on where an earlier run into the same folder ended, by its evaluations.csv
@@ -106,23 +108,21 @@ struct Folder {
     material: Target,
     json: Target,
     report: Target,
-    evaluations: Target,
     folder: MadeFolder,
 }
 
 impl Folder {
     fn new(args: &FitArgs, inputs: &[&Path]) -> Result<Self> {
         let folder = MadeFolder::create(&args.output)?;
-        let target = |name: &str| Target::new(&folder.path().join(name), args.force, inputs, |file| output::has_mark(file, files::MADE));
+        let target = |name: &str| {
+            Target::new(&folder.path().join(name), args.force, inputs, |file| {
+                output::has_mark(file, files::MADE) || output::has_creator(file, files::MADE)
+            })
+        };
         // Written again and again, and looked at anew each time.
         target(PICTURES)?;
-        Ok(Self {
-            material: target("material.toml")?,
-            json: target("fit.json")?,
-            report: target("report.html")?,
-            evaluations: target(files::EVALUATIONS)?,
-            folder,
-        })
+        target(files::EVALUATIONS)?;
+        Ok(Self { material: target("material.toml")?, json: target("fit.json")?, report: target("report.html")?, folder })
     }
 }
 
@@ -131,8 +131,16 @@ const PICTURES: &str = "pictures.png";
 
 impl Folder {
     fn write_pictures(&self, png: &[u8]) -> Result<()> {
-        // What was there before was looked at when the folder was.
-        Target::new(&self.folder.path().join(PICTURES), true, &[], |_| true)?.write(|out| out.write_all(png))
+        self.replaced(PICTURES)?.write(|out| out.write_all(png))
+    }
+
+    fn write_evaluations(&self, trace: &Trace, mark: &str) -> Result<()> {
+        self.replaced(files::EVALUATIONS)?.write(|out| files::write_trace(out, trace, mark))
+    }
+
+    /// A file that is written again and again: what was there before was looked at when the folder was.
+    fn replaced(&self, name: &str) -> Result<Target> {
+        Target::new(&self.folder.path().join(name), true, &[], |_| true)
     }
 }
 
@@ -141,8 +149,9 @@ impl Folder {
 /// # Errors
 /// Bad input, those of the fit, and i/o.
 pub fn run(args: &FitArgs, common: &CommonArgs) -> Result<u8> {
+    let begun = Instant::now();
     let spec = Spec::load(&args.fit)?;
-    let options = Options {
+    let mut options = Options {
         optimiser: args.optimizer.optimiser(),
         starts: usize::from(args.starts),
         joint: args.colours == Colours::Joint,
@@ -155,16 +164,20 @@ pub fn run(args: &FitArgs, common: &CommonArgs) -> Result<u8> {
     let folder = Folder::new(args, &inputs)?;
     let memory = if args.resume { files::read_trace(&folder.folder.path().join(files::EVALUATIONS), &mark)? } else { Memory::default() };
     interrupt::be_patient(PATIENCE);
-    let began = Instant::now();
+    // What was read until now took its share of the limit.
+    options.time_limit = options.time_limit.map(|limit| (limit - begun.elapsed().as_secs_f64()).max(0.0));
     let (outcome, compared) = progress::with_control(common, |control| {
         let shown = Mutex::new(Instant::now());
         let better = |better: &Better<'_>| show(better, &shown, &folder, control);
-        let outcome = biscale_fit::run::fit(&spec, &options, &memory, &better, control)?;
+        let kept = Mutex::new(Instant::now());
+        let evaluated = |trace: &dyn Fn() -> Trace| keep(trace, &kept, &folder, &mark);
+        let outcome = biscale_fit::run::fit(&spec, &options, &memory, Watcher { better: &better, evaluated: &evaluated }, control)?;
+        folder.write_evaluations(&outcome.trace, &mark)?;
         let compared = if args.compare_optimizers { trade::compare(&spec, &options, control)? } else { Vec::new() };
         Ok((outcome, compared))
     })?;
-    let seconds = began.elapsed().as_secs_f64();
-    write(&folder, &spec, &options, &outcome, &compared, &mark)?;
+    let seconds = begun.elapsed().as_secs_f64();
+    write(&folder, &spec, &options, &outcome, &compared)?;
     if common.json {
         let times: serde_json::Map<String, serde_json::Value> = outcome.seconds.iter().map(|(n, s)| ((*n).to_owned(), json!(s))).collect();
         output::print_json(&json!({
@@ -194,7 +207,17 @@ fn show(better: &Better<'_>, shown: &Mutex<Instant>, folder: &Folder, control: &
     *last = Instant::now();
 }
 
-fn write(folder: &Folder, spec: &Spec, options: &Options, outcome: &Outcome, compared: &[trade::Line], mark: &str) -> Result<()> {
+/// Writes the evaluations so far, if those on disk are old enough.
+fn keep(trace: &dyn Fn() -> Trace, kept: &Mutex<Instant>, folder: &Folder, mark: &str) {
+    let Ok(mut last) = kept.try_lock() else { return };
+    if last.elapsed() >= BETWEEN_CHECKPOINTS {
+        // As with pictures: evaluations that cannot be written must not stop the work; the last ones must.
+        let _ = folder.write_evaluations(&trace(), mark);
+        *last = Instant::now();
+    }
+}
+
+fn write(folder: &Folder, spec: &Spec, options: &Options, outcome: &Outcome, compared: &[trade::Line]) -> Result<()> {
     let mut text = outcome.text.clone();
     text.rebase(spec.material_file.parent().unwrap_or(Path::new("")));
     text.set_name(&spec.name);
@@ -203,17 +226,19 @@ fn write(folder: &Folder, spec: &Spec, options: &Options, outcome: &Outcome, com
         .map_err(|e| Error::Numeric(format!("cannot write the result as JSON: {e}; please report this")))?;
     let png = pictures::panels(&pictures::of(outcome))?;
     let html = report::page(spec, options, outcome, compared)?;
-    folder.evaluations.write(|out| files::write_trace(out, outcome, mark))?;
     folder.material.write(|out| out.write_all(material.as_bytes()))?;
     folder.json.write(|out| out.write_all(&json))?;
-    folder.write_pictures(&png)?;
+    // Without any the picture of the search stays.
+    if !outcome.compared.is_empty() {
+        folder.write_pictures(&png)?;
+    }
     folder.report.write(|out| out.write_all(html.as_bytes()))
 }
 
 fn tell(common: &CommonArgs, args: &FitArgs, outcome: &Outcome, compared: &[trade::Line], seconds: f64) {
     let verdict = if outcome.failures.is_empty() { "PASS" } else { "FAIL" };
     let verdict = if outcome.failures.is_empty() && outcome.validations.is_empty() { "not validated" } else { verdict };
-    let evaluations = outcome.trace.len();
+    let evaluations = outcome.evaluations;
     let winner = outcome.starts.first();
     output::tell(
         common,

@@ -101,7 +101,9 @@ fn photographs(outcome: &Outcome) -> Result<Markup> {
 fn validation(outcome: &Outcome) -> Markup {
     html! {
         h2 { "Validation" }
-        @if outcome.validations.is_empty() {
+        @if outcome.left_out.contains(&"validation") {
+            p { "The fit ended before the photograph that was held out was looked at: how the material looks under another light is not tested." }
+        } @else if outcome.validations.is_empty() {
             p { "No photograph was held out: how the material looks under another light is not tested." }
         } @else {
             p {
@@ -127,25 +129,30 @@ fn validation(outcome: &Outcome) -> Markup {
 
 fn unknowns(outcome: &Outcome) -> Markup {
     let identified = &outcome.identified;
-    let relative = |value: f64, sigma: f64| if value == 0.0 { "-".to_owned() } else { format!("{:.1}", 100.0 * (sigma / value).abs()) };
+    let computed = !identified.chi2.is_nan();
+    let relative = |value: f64, sigma: f64| {
+        if value == 0.0 || sigma.is_nan() { "-".to_owned() } else { format!("{:.1}", 100.0 * (sigma / value).abs()) }
+    };
     html! {
         h2 { "What was found, and how well it is known" }
         table {
             tr { th { "unknown" } th.n { "value ± σ" } th.n { "%" } th.n { "bounds" } th { "remarks" } }
             @for known in &identified.known {
                 tr {
-                    td { (known.name) } td.n { (digits(known.value)) " ± " (digits(known.sigma)) } td.n { (relative(known.value, known.sigma)) }
+                    td { (known.name) } td.n { (digits(known.value)) @if known.sigma.is_finite() { " ± " (digits(known.sigma)) } } td.n { (relative(known.value, known.sigma)) }
                     td.n { (digits(known.bounds[0])) " .. " (digits(known.bounds[1])) } td.flag { (flags(known).join(", ")) }
                 }
             }
         }
-        p {
-            (format!("χ² per residual {:.2} over {:.0} independent residuals; condition number {:.0}. ",
-                identified.chi2, identified.residuals, identified.condition))
-            i { "Not identified" } ": σ over 25 % of the range. " i { "Weak" } ": over 10 % of the value. "
-            i { "From the close-up" } ": the distant photographs alone do not tell it."
+        @if computed {
+            p {
+                (format!("χ² per residual {:.2} over {:.0} independent residuals; condition number {:.0}. ",
+                    identified.chi2, identified.residuals, identified.condition))
+                i { "Not identified" } ": σ over 25 % of the range. " i { "Weak" } ": over 10 % of the value. "
+                i { "From the close-up" } ": the distant photographs alone do not tell it."
+            }
         }
-        (correlations(outcome))
+        @if computed { (correlations(outcome)) } @else { p { "The fit ended before it was told how well they are known." } }
         @if !outcome.profiles.is_empty() {
             p { "Objective with one parameter held, for those that are known worst (all others answer):" }
             p { @for profile in &outcome.profiles { (inline(&profile_plot(profile))) } }
@@ -201,8 +208,8 @@ fn search(options: &Options, outcome: &Outcome) -> Markup {
     let colours = if options.joint { "moved with the rest" } else { "solved for at every step" };
     html! {
         h2 { "The search" }
-        p { (options.optimiser.name()) ", colours " (colours) ", seed " (options.seed) ": " (outcome.trace.len()) " evaluations in all." }
-        p { (inline(&convergence(&outcome.trace))) }
+        p { (options.optimiser.name()) ", colours " (colours) ", seed " (options.seed) ": " (outcome.evaluations) " evaluations in all." }
+        p { (inline(&convergence(&outcome.trace.entries))) }
         table {
             tr { th.n { "start" } th.n { "objective" } th.n { "evaluations" } th.n { "restarts" } th { "ended" } }
             @for start in &outcome.starts {

@@ -4,7 +4,7 @@ use crate::common::cost::cpu_seconds;
 use biscale::error::Result;
 use biscale::filter::Control;
 use biscale_fit::fit_file::spec::Spec;
-use biscale_fit::run::{Effort, Options, fit};
+use biscale_fit::run::{Effort, Options, Watcher, fit};
 use biscale_fit::search::Memory;
 use biscale_fit::search::optimise::Optimiser;
 use serde::Serialize;
@@ -73,11 +73,11 @@ pub fn compare(spec: &Spec, options: &Options, control: &Control<'_>) -> Result<
     for (k, (what, options)) in ways.into_iter().enumerate() {
         let (began, cpu) = ((control.clock)(), cpu_seconds());
         let progress = |_: &str, share: f64| (control.progress)("comparing", (k as f64 + share) / count);
-        let outcome = fit(spec, &options, &Memory::default(), &|_| {}, &Control { progress: &progress, ..*control })?;
+        let outcome = fit(spec, &options, &Memory::default(), Watcher::NOBODY, &Control { progress: &progress, ..*control })?;
         control.check()?;
         lines.push(Line {
             what,
-            evaluations: outcome.trace.len(),
+            evaluations: outcome.evaluations,
             of_winner: outcome.starts.first().map_or(0, |s| s.evaluations),
             objective: outcome.objective,
             training: outcome.training,

@@ -41,10 +41,10 @@ pub(super) fn run(job: &FoldJob<'_>, common: &CommonArgs, start: Instant) -> Res
         recipe: &recipe,
     };
     let files = job.format.files(&content)?;
-    let summary = folded.summary(milliseconds);
+    let summary = folded.summary();
     let names = job.outputs.write(&files, &sidecar(&folded, &recipe, &summary))?;
     if common.json {
-        output::print_json(&json!({ "outputs": names, "summary": summary }))?;
+        output::print_json(&json!({ "outputs": names, "milliseconds": (milliseconds * 1e3).round() / 1e3, "summary": summary }))?;
         return Ok(0);
     }
     output::tell(common, &folded.tell(milliseconds, &names));

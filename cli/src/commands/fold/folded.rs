@@ -23,7 +23,8 @@ pub(super) struct FoldedDesign {
 }
 
 impl FoldedDesign {
-    pub(super) fn summary(&self, milliseconds: f64) -> Value {
+    /// What the sidecar says; nothing in it depends on the clock.
+    pub(super) fn summary(&self) -> Value {
         let (least, _) = self.mesh.narrowest();
         json!({
             "title": self.title,
@@ -34,7 +35,6 @@ impl FoldedDesign {
             "folds": self.pattern.pieces.iter().map(|p| p.folds.iter().filter(|f| f.angle != 0.0).count()).sum::<usize>(),
             "pages": self.sheets.pages.len(),
             "narrowest_facet_mm": least,
-            "milliseconds": (milliseconds * 1e3).round() / 1e3,
             "preview": self.preview,
             "notes": self.notes,
         })

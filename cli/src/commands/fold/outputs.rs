@@ -1,6 +1,7 @@
 //! The files of `biscale fold`.
 
 use crate::common::output::Target;
+use biscale::bounded_file::{MAX_DATA_BYTES, read_bounded};
 use biscale::error::{Error, Result};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -52,6 +53,6 @@ impl Outputs {
 
 /// Whether a file was written by this command: it says so.
 fn made_here(path: &Path) -> bool {
-    let says = |text: &[u8]| std::fs::read(path).is_ok_and(|bytes| bytes.windows(text.len()).any(|w| w == text));
-    says(biscale_fabricate::formats::CREATOR.as_bytes())
+    let creator = biscale_fabricate::formats::CREATOR.as_bytes();
+    read_bounded(path, MAX_DATA_BYTES, "").is_ok_and(|bytes| bytes.windows(creator.len()).any(|w| w == creator))
 }

@@ -8,6 +8,7 @@ mod mark;
 pub mod png;
 mod streams;
 mod target;
+mod unfinished;
 #[cfg(feature = "capture")]
 mod whole_folder;
 
@@ -15,8 +16,8 @@ pub use colour::{ColourChoice, choose_colour};
 pub use ending::{ending, unknown_ending};
 pub use failure::{Description, Failure};
 pub use made_folder::MadeFolder;
-pub use mark::{begins_with, has_mark};
-pub use streams::{is_broken_pipe, print, print_json, say, say_error, tell};
+pub use mark::{begins_with, has_creator, has_mark};
+pub use streams::{is_broken_pipe, plain, print, print_json, say, say_error, tell};
 pub use target::{Target, remove_unfinished};
 #[cfg(feature = "capture")]
 pub use whole_folder::OutputFolder;

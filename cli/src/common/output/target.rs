@@ -1,6 +1,7 @@
 //! A file as the output of a command: whole, or not there.
 
 use super::streams::{BUFFER, stdout_error};
+use super::unfinished;
 use biscale::error::{BadInput, Error, Result};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -82,6 +83,29 @@ impl Target {
         }
         check_folder(path, &real)?;
         Ok(Self { path: path.to_path_buf(), kind: Kind::File { real, replace: true } })
+    }
+
+    /// Checks that no two of several outputs are one file, however their names are written.
+    ///
+    /// # Errors
+    /// Bad input if two are.
+    pub fn check_distinct(targets: &[Self]) -> Result<()> {
+        let places: Vec<Option<PathBuf>> = targets.iter().map(Self::place).collect();
+        for (k, target) in targets.iter().enumerate() {
+            if places[k].is_some() && places[..k].contains(&places[k]) {
+                return Err(BadInput::new("this output is named twice", "name each file once")
+                    .in_file(&target.path)
+                    .at_field("output")
+                    .into());
+            }
+        }
+        Ok(())
+    }
+
+    /// Where a file will lie, by the real path of its folder.
+    fn place(&self) -> Option<PathBuf> {
+        let Kind::File { real, .. } = &self.kind else { return None };
+        Some(folder_of(real).canonicalize().ok()?.join(real.file_name()?))
     }
 
     /// Standard output.
@@ -171,7 +195,8 @@ impl Drop for Listed {
 impl Unfinished {
     fn create(real: &Path) -> io::Result<Self> {
         let mut builder = tempfile::Builder::new();
-        builder.prefix(".biscale-").suffix(".part");
+        let prefix = unfinished::prefix();
+        builder.prefix(&prefix).suffix(unfinished::SUFFIX);
         #[cfg(unix)]
         {
             // As any program creates a file: the umask takes away what it should.
@@ -181,6 +206,7 @@ impl Unfinished {
         // The lock is held until the new file is listed: an interrupt in between would leave it.
         let mut list = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
         let temporary = builder.tempfile_in(folder_of(real))?;
+        unfinished::claim(temporary.as_file());
         let path = temporary.path().to_path_buf();
         list.push(path.clone());
         Ok(Self { temporary, listed: Listed(path) })
@@ -211,7 +237,7 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Checks that a file can be created beside `real`, by creating one.
+/// Checks that a file can be created beside `real`, by creating one. What killed processes left there goes.
 fn check_folder(path: &Path, real: &Path) -> Result<()> {
     let folder = folder_of(real);
     match std::fs::metadata(folder) {
@@ -225,5 +251,6 @@ fn check_folder(path: &Path, real: &Path) -> Result<()> {
         }
         Err(source) => return Err(Error::Io { action: "write", path: path.to_path_buf(), source }),
     }
+    unfinished::sweep(folder);
     Unfinished::create(real).map(drop).map_err(|source| Error::Io { action: "write", path: path.to_path_buf(), source })
 }

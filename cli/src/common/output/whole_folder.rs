@@ -1,6 +1,7 @@
 //! A folder as the output of a command: filled beside its place, and moved there when it is whole.
 
 use super::target::list_unfinished;
+use super::unfinished;
 use biscale::error::{BadInput, Error, Result};
 use std::path::{Path, PathBuf};
 
@@ -31,6 +32,7 @@ impl OutputFolder {
         if !around.is_dir() {
             return Err(bad(format!("there is no folder {}", around.display()), "create it first, or name another output"));
         }
+        unfinished::sweep(around);
         let replace = path.is_dir();
         if replace && !force {
             let empty = std::fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none());
@@ -50,7 +52,11 @@ impl OutputFolder {
     /// Those of `content`; i/o.
     pub fn write<T>(&self, content: impl FnOnce(&Path) -> Result<T>) -> Result<T> {
         let failed = |source| Error::Io { action: "write", path: self.path.clone(), source };
-        let temporary = tempfile::Builder::new().prefix(".biscale-").suffix(".part").tempdir_in(around(&self.path)).map_err(failed)?;
+        let prefix = unfinished::prefix();
+        let temporary =
+            tempfile::Builder::new().prefix(&prefix).suffix(unfinished::SUFFIX).tempdir_in(around(&self.path)).map_err(failed)?;
+        // A folder is locked as a file is, where the system opens it as one.
+        let _lock = std::fs::File::open(temporary.path()).inspect(unfinished::claim);
         #[cfg(unix)]
         {
             // As any program makes a folder; a temporary one is for its owner only.
