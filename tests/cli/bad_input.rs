@@ -321,6 +321,22 @@ fn files_of_other_programs_are_named_and_so_is_what_takes_them() {
 }
 
 #[test]
+fn control_characters_of_a_name_are_shown_and_do_not_reach_the_terminal() {
+    let folder = Folder::new();
+    folder.write("named.toml", MATERIAL.replace("\"plane\"", "\"a\\u001b[31mred\\u0007\\u202e\""));
+    for arguments in [
+        &["check", "named.toml"][..],
+        &["eval", "named.toml", "--pairs", "p.csv", "-o", "out.csv"],
+        &["fold", "named.toml", "-o", "o.svg", "--scale", "40"],
+    ] {
+        let said = folder.run(arguments);
+        let text = said.stdout + &said.stderr;
+        assert!(said.status == 0 && text.contains("a\\u{1b}[31mred\\u{7}\\u{202e}"), "{arguments:?}: {text:?}");
+        assert!(!text.contains(['\u{1b}', '\u{7}', '\u{202e}']), "{arguments:?}: {text:?}");
+    }
+}
+
+#[test]
 fn check_looks_at_every_file_and_fails_if_one_is_bad() {
     let folder = Folder::new();
     folder.write("bad.toml", MATERIAL.replace("0.5", "5"));

@@ -106,6 +106,7 @@ fn bad_arguments_are_refused_before_the_work() {
         (&["render", "scene.toml", "-o", "out"], 2, &["no ending"]),
         (&["render", "scene.toml", "-o", "no/out.png"], 2, &["no folder"]),
         (&["render", "no.toml", "-o", "out.png"], 2, &["no.toml", "no such file"]),
+        (&["render", "scene.toml", "-o", "out.png", "-o", "./out.png"], 2, &["./out.png", "named twice"]),
         (&["render", "m.toml", "-o", "out.png"], 2, &["m.toml", "this is a material file, not a scene file"]),
         (&["render", "scene.toml", "-o", "out.png", "--exposure", "bright"], 2, &["--exposure", "stops"]),
         (&["render", "scene.toml", "-o", "out.png", "--material", "n.toml"], 2, &["n.toml", "no such file"]),

@@ -414,7 +414,7 @@ mod tests {
             cache.keep(&brdf(albedo), &SETTINGS, &matrix(&brdf(albedo))).unwrap();
         }
         // Times of files may be coarse.
-        std::thread::sleep(std::time::Duration::from_millis(20));
+        std::thread::sleep(Duration::from_millis(20));
         assert!(matches!(cache.find(&brdf(0.1), &SETTINGS), CacheLookup::Hit(_)));
         cache.keep(&brdf(0.3), &SETTINGS, &matrix(&brdf(0.3))).unwrap();
         let there = |albedo| matches!(cache.find(&brdf(albedo), &SETTINGS), CacheLookup::Hit(_));
