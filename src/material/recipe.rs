@@ -10,7 +10,7 @@ use std::path::PathBuf;
 /// Length units of a material file, with their size in millimetres.
 pub const UNITS: [(&str, f64); 5] = [("nm", 1e-6), ("um", 1e-3), ("mm", 1.0), ("cm", 10.0), ("m", 1e3)];
 
-/// Highest surface that is computed, over the side of a square of the period's area. Chosen, not measured: twice the highest of the tests of extremes. Beyond
+/// Highest surface that is computed, over the longer side of its period. Chosen, not measured: twice the highest of the tests of extremes. Beyond
 /// 65,536 periods rays give up, at grazing angles long before.
 pub const MAX_HEIGHT: f64 = 2000.0;
 
@@ -99,7 +99,7 @@ impl Material {
     /// Refuses a surface that is too high for its period, and notes one that is so high that it takes long: see [`MAX_HEIGHT`].
     fn check_height(&self, tile: &Tile) -> Result<Option<String>> {
         let (low, high) = tile.vertices.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v.z), high.max(v.z)));
-        let share = (high - low) / tile.footprint().sqrt();
+        let share = (high - low) / tile.period.max_element();
         if share <= SLOW_HEIGHT {
             return Ok(None);
         }
