@@ -62,7 +62,7 @@ mod tests {
     fn tiles_give_what_the_whole_image_gives_whatever_reaches_over_their_edges() {
         let size = [150, 97];
         let image = |salt: u32| -> Vec<u8> {
-            (0..3 * size[0] * size[1]).map(|k| (biscale::numerics::low_discrepancy::hash(k as u32 / 9 ^ salt) >> 24) as u8).collect()
+            (0..3 * size[0] * size[1]).map(|k| (biscale::numerics::low_discrepancy::hash((k as u32 / 9) ^ salt) >> 24) as u8).collect()
         };
         let (a, b) = (image(1), image(2));
         for pixels_per_degree in [1.0, 30.0, 67.02, 500.0] {

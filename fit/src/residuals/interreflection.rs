@@ -216,7 +216,7 @@ mod tests {
         // On the way to walls 1e4 above the floor 2 % of its rays are given up, with all that they could have brought.
         let far = notes(1e4).join("; ");
         assert!(far.contains("interreflection: rays of 1 pairs passed 65536 periods"), "{far}");
-        assert!(far.contains("interreflection: the tolerance 0.01 was not reached: rays that are given up"), "{far}");
+        assert!(far.contains("interreflection: the tolerance of 1.0 % is not met: rays that are given up"), "{far}");
     }
 
     #[test]
