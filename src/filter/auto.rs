@@ -110,7 +110,7 @@ impl Features {
     }
 }
 
-/// What the model chooses, and says so in the notes.
+/// What the model chooses; the details say so.
 pub(super) fn auto(small: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
     let features = Features::of(small);
     let predicted = features.samples(quality.tolerance);

@@ -69,13 +69,17 @@ pub fn run(args: &BakeArgs, common: &CommonArgs) -> Result<()> {
     let kept = kept_beside(&args.output);
     let work = |control: &Control<'_>, say: &progress::Say<'_>| {
         let forecast = |forecast: &BakeForecast| {
-            if forecast.seconds >= TOLD_FROM || common.verbose {
-                say(foretold(forecast, args.quality.tolerance), Some(forecast.seconds));
-            }
+            let told = forecast.seconds >= TOLD_FROM || common.verbose;
+            say(forecast.seconds, if told { foretold(forecast, args.quality.tolerance) } else { String::new() });
         };
         bake_with(&surface, &recipe, &BakeAids { forecast: &forecast, kept: Some(&kept) }, control)
     };
-    let table = progress::with_advice(common, "", work).inspect_err(|error| {
+    let table = match args.resolution {
+        // One table, whose share of the progress tells what is left.
+        Some(_) => progress::with_advice(common, "a smaller `--resolution` takes less", |control| work(control, &|_, _| {})),
+        None => progress::with_forecast(common, work),
+    };
+    let table = table.inspect_err(|error| {
         if !matches!(error, Error::Interrupted) {
             let _ = std::fs::remove_file(&kept);
         } else if kept.exists() {

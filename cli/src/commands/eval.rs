@@ -61,7 +61,7 @@ pub fn run(args: &EvalArgs, common: &CommonArgs) -> Result<()> {
     let Pairs { written, pairs } = pairs::load(&args.pairs)?;
     let before = [("load", (loaded - start).as_secs_f64() * 1e3), ("pairs", loaded.elapsed().as_secs_f64() * 1e3)];
     let Effective { values, summary } =
-        progress::with_advice(common, args.quality.advice(), |control, _| filter::effective(&surface, &pairs, &quality, control))?;
+        progress::with_advice(common, args.quality.advice(), |control| filter::effective(&surface, &pairs, &quality, control))?;
     drop(pairs);
     refuse_not_finite(&values)?;
     let rows = Rows { written: &written, values: &values };

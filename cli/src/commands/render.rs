@@ -105,7 +105,7 @@ pub fn run(args: &RenderArgs, common: &CommonArgs) -> Result<()> {
         set_lighting(&mut scene, lighting.into())?;
     }
     let loaded = start.elapsed().as_secs_f64() * 1e3;
-    let rendered = progress::with_advice(common, ADVICE, |control, _| render(&scene, &quality, control))?;
+    let rendered = progress::with_advice(common, ADVICE, |control| render(&scene, &quality, control))?;
     let notes = common.flags.in_texts(rendered.notes.iter().cloned().chain(args.quality.notes()).collect());
     let mut summary = Summary::new(&scene, &rendered, &quality, loaded, notes, common.verbose);
     let stops = match args.exposure.unwrap_or(scene.exposure) {

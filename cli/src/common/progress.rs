@@ -36,24 +36,35 @@ const LONG: (f64, f64) = (60.0, 6.0);
 /// # Errors
 /// Those of `work`; `Interrupted` also when Ctrl-C came before it began.
 pub fn with_control<T>(common: &CommonArgs, work: impl FnOnce(&Control<'_>) -> Result<T>) -> Result<T> {
-    with_advice(common, "", |control, _| work(control))
+    run(common, Latest::new(""), |control, _| work(control))
 }
 
-/// What the work may say while it runs: a text, and, if it knows, the seconds that it has left.
-pub type Say<'a> = dyn Fn(String, Option<f64>) + 'a;
+/// What the work may say while it runs: the seconds that it has left, and a text, which may be empty.
+pub type Say<'a> = dyn Fn(f64, String) + 'a;
 
-/// The same where `advice` says how to spend less time, in half a sentence: told once it shows that the work is long, unless the work
-/// says what it has left.
+/// The same where `advice` says how to spend less time, in half a sentence: told once it shows that the work is long.
 ///
 /// # Errors
 /// As [`with_control`].
-pub fn with_advice<T>(common: &CommonArgs, advice: &str, work: impl FnOnce(&Control<'_>, &Say<'_>) -> Result<T>) -> Result<T> {
+pub fn with_advice<T>(common: &CommonArgs, advice: &str, work: impl FnOnce(&Control<'_>) -> Result<T>) -> Result<T> {
+    run(common, Latest::new(advice), |control, _| work(control))
+}
+
+/// The same for work that says itself what it has left, once it knows: until then its share tells no time.
+///
+/// # Errors
+/// As [`with_control`].
+pub fn with_forecast<T>(common: &CommonArgs, work: impl FnOnce(&Control<'_>, &Say<'_>) -> Result<T>) -> Result<T> {
+    run(common, Latest { foresees: true, ..Latest::new("") }, work)
+}
+
+fn run<T>(common: &CommonArgs, latest: Latest, work: impl FnOnce(&Control<'_>, &Say<'_>) -> Result<T>) -> Result<T> {
     let start = Instant::now();
-    let latest = Mutex::new(Latest::new(advice));
+    let latest = Mutex::new(latest);
     let clock = || start.elapsed().as_secs_f64();
     let state = || latest.lock().unwrap_or_else(PoisonError::into_inner);
     let report = |stage: &str, share: f64| state().report(stage, share, clock());
-    let say = |text: String, left: Option<f64>| state().say(text, left, clock());
+    let say = |left: f64, text: String| state().say(left, text, clock());
     let control = Control { cancel: interrupt::flag(), progress: &report, clock: &clock };
     control.check()?;
     if common.quiet {
@@ -79,6 +90,8 @@ struct Latest {
     history: Vec<(f64, f64)>,
     /// When the work knew what it had left: seconds, share, seconds left.
     foreseen: Option<(f64, f64, f64)>,
+    /// Whether nothing is told of what is left before the work says it.
+    foresees: bool,
     /// What is to be said and is not said yet.
     texts: Vec<String>,
     advice: Option<String>,
@@ -87,7 +100,15 @@ struct Latest {
 impl Latest {
     fn new(advice: &str) -> Self {
         let advice = Some(advice.to_owned()).filter(|a| !a.is_empty());
-        Self { stage: "working".to_owned(), share: 0.0, history: vec![(0.0, 0.0)], foreseen: None, texts: Vec::new(), advice }
+        Self {
+            stage: "working".to_owned(),
+            share: 0.0,
+            history: vec![(0.0, 0.0)],
+            foreseen: None,
+            foresees: false,
+            texts: Vec::new(),
+            advice,
+        }
     }
 
     fn report(&mut self, stage: &str, share: f64, now: f64) {
@@ -100,17 +121,15 @@ impl Latest {
         }
     }
 
-    fn say(&mut self, text: String, left: Option<f64>, now: f64) {
-        self.texts.push(text);
-        if let Some(left) = left {
-            self.foreseen = Some((now, self.share, left));
-            self.advice = None;
-        }
+    fn say(&mut self, left: f64, text: String, now: f64) {
+        self.texts.extend(Some(text).filter(|t| !t.is_empty()));
+        self.foreseen = Some((now, self.share, left));
     }
 
     /// Seconds that are left: by the speed since half of the time; by what was foreseen until a fifth of that time has passed.
     fn left(&self, now: f64) -> Option<f64> {
         let (since, share) = match self.foreseen {
+            None if self.foresees => return None,
             Some((then, _, left)) if now < then + 0.2 * left => return Some(left - (now - then)),
             Some((then, share, _)) if then > 0.5 * now => (then, share),
             _ => *self.history.iter().rfind(|(time, _)| *time <= 0.5 * now)?,
@@ -210,14 +229,16 @@ mod tests {
 
     #[test]
     fn what_was_foreseen_counts_until_the_work_shows_its_speed() {
-        let mut latest = Latest::new("take a looser tolerance");
+        let mut latest = Latest { foresees: true, ..Latest::new("") };
+        latest.report("probes", 0.05, 1.0);
         latest.report("probes", 0.1, 2.0);
-        latest.say("it will take 100 s".to_owned(), Some(100.0), 2.0);
+        assert_eq!(latest.left(3.5), None, "nobody knows yet");
+        latest.say(100.0, "it will take 100 s".to_owned(), 2.0);
         assert_eq!(latest.left(12.0), Some(90.0));
         latest.report("sums", 0.55, 42.0);
         let left = latest.left(42.0).unwrap();
         assert!((left - 40.0).abs() < 1e-9, "{left}");
-        assert_eq!(latest.take_texts(42.0), ["it will take 100 s"], "and no advice after it");
+        assert_eq!(latest.take_texts(42.0), ["it will take 100 s"]);
     }
 
     #[test]

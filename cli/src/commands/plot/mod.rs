@@ -80,7 +80,7 @@ pub fn run(args: &PlotArgs, common: &CommonArgs) -> Result<()> {
     let with_view = !args.no_view && matches!(sources[..], [Source::Material(..)]);
     let wanted = Wanted { slices, with_view, periods: args.periods };
     let folder = Folder::new(args, with_view)?;
-    let pictures = progress::with_advice(common, args.quality.advice(), |control, _| pictures(&sources, &wanted, &quality, control))?;
+    let pictures = progress::with_advice(common, args.quality.advice(), |control| pictures(&sources, &wanted, &quality, control))?;
     let mut notes = args.quality.notes();
     notes.extend(pictures.notes);
     if matches!(sources[..], [Source::Table(_)]) && !args.no_view {
