@@ -121,7 +121,7 @@ fn what_it_cannot_do_it_declines_and_it_stops_when_asked() {
 }
 
 #[test]
-fn progress_goes_from_0_to_1_in_each_stage() {
+fn progress_rises_to_1_over_all_stages() {
     let truth = Truth::load("weave", "ggx_0.30");
     let cancel = AtomicBool::new(false);
     let told: Mutex<Vec<(String, f64)>> = Mutex::default();
@@ -129,8 +129,9 @@ fn progress_goes_from_0_to_1_in_each_stage() {
     let control = Control { cancel: &cancel, progress: &progress, clock: &|| 0.0 };
     effective(&truth.surface, &truth.pairs, &plan("lowrank:paper:facets=500:rates=14x20"), &control).unwrap();
     let told = told.into_inner().unwrap();
-    assert!(told.iter().all(|(_, share)| (0.0..=1.0).contains(share)), "{told:?}");
+    let shares: Vec<f64> = told.iter().map(|(_, share)| *share).collect();
+    assert!(shares.is_sorted() && shares.first() == Some(&0.0) && shares.last() == Some(&1.0), "{told:?}");
     for stage in ["matrix M of surface 1 of 2", "matrix M of surface 2 of 2", "sums"] {
-        assert!(told.iter().any(|(s, share)| s == stage && *share == 1.0), "{stage}: {told:?}");
+        assert!(told.iter().filter(|(s, _)| s == stage).count() > 1, "{stage}: {told:?}");
     }
 }

@@ -15,6 +15,7 @@ use crate::simd::{LANES, Lanes};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Intervals of the difference angle of a measured BRDF, from 0 to a right angle: 2 degrees, linear in between. With 6 alum-bronze loses up to 5 dB, with 1 it
 /// gains nothing.
@@ -45,7 +46,7 @@ pub enum ZonalAmplitudes {
     /// Of all pairs and channels.
     Same(Vec<Lanes>),
     /// For each difference angle, by channel.
-    ByDifferenceAngle(Vec<[Terms; 3]>),
+    ByDifferenceAngle(Arc<[[Terms; 3]]>),
 }
 
 /// Amplitudes of a sum and of its second harmonic.
@@ -57,13 +58,45 @@ pub struct Terms {
     pub harmonic: Vec<Lanes>,
 }
 
+/// Sums of measured BRDFs, kept: they take some 20 CPU milliseconds each.
+#[derive(Debug, Default)]
+pub struct MeasuredSums(Mutex<Vec<KeptSum>>);
+
+/// The sum of a measured BRDF for sharpnesses that grow by `ratio`.
+#[derive(Clone, Debug)]
+struct KeptSum {
+    measured: Arc<Measured>,
+    ratio: f64,
+    sharpness: Vec<Lanes>,
+    amplitudes: Arc<[[Terms; 3]]>,
+    relative_rms: f64,
+}
+
+impl MeasuredSums {
+    /// Sums that are kept at once: those of a material's surfaces, and some to go back to.
+    const KEPT: usize = 8;
+
+    fn get(&self, measured: &Arc<Measured>, ratio: f64) -> KeptSum {
+        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(sum) = kept.iter().find(|sum| Arc::ptr_eq(&sum.measured, measured) && sum.ratio == ratio) {
+            return sum.clone();
+        }
+        let sum = KeptSum::new(measured, ratio);
+        if kept.len() == Self::KEPT {
+            kept.remove(0);
+        }
+        kept.push(sum.clone());
+        sum
+    }
+}
+
 /// The sums of a BRDF under a tint, and its constant part: a colour to be multiplied by `(n·i)(n·o)`.
-pub fn brdf_lobes(brdf: &Brdf, tint: Colour, kind: BrdfLobes) -> (Colour, Vec<BrdfLobe<'_>>) {
+pub fn brdf_lobes<'a>(brdf: &'a Brdf, tint: Colour, kind: BrdfLobes, measured_sums: &MeasuredSums) -> (Colour, Vec<BrdfLobe<'a>>) {
     let mut constant = [0.0; 3];
     let mut sums = Vec::new();
     for lobe in lobes(brdf, tint) {
-        if let Some(measured) = lobe.table {
-            sums.push(of_measured(lobe, measured, kind));
+        if let Brdf::Measured(measured) = brdf {
+            sums.push(of_measured(lobe, measured, kind, measured_sums));
         } else if lobe.shape == Shape::Constant {
             constant = std::array::from_fn(|c| constant[c] + lobe.colour[c]);
         } else {
@@ -113,41 +146,50 @@ fn of_shape(lobe: Lobe<'_>, kind: BrdfLobes) -> BrdfLobe<'_> {
 }
 
 /// A measured BRDF. With [`BrdfLobes::Single`] it has as many lobes as with [`BrdfLobes::Spaced`] of 4: one lobe does not make a measured BRDF.
-fn of_measured<'a>(lobe: Lobe<'a>, measured: &Measured, kind: BrdfLobes) -> BrdfLobe<'a> {
+fn of_measured<'a>(lobe: Lobe<'a>, measured: &Arc<Measured>, kind: BrdfLobes, kept: &MeasuredSums) -> BrdfLobe<'a> {
     let ratio = match kind {
         BrdfLobes::Single => 4.0,
         BrdfLobes::Spaced(ratio) => ratio,
     };
-    let basis = ZonalBasis::new(measured.lobe_alpha(), ratio);
-    let fits: Vec<[(ZonalFit, Vec<[f64; 2]>); 3]> = (0..=DIFFERENCE_ANGLES)
-        .into_par_iter()
-        .map(|k| {
-            let difference = FRAC_PI_2 * k as f64 / DIFFERENCE_ANGLES as f64;
-            let rings: Vec<Ring> = basis.angles.iter().map(|&angle| Ring::new(measured, angle, difference)).collect();
-            let weights: Vec<f64> = rings.iter().map(|ring| ring.weight).collect();
-            std::array::from_fn(|c| {
-                let mean: Vec<f64> = rings.iter().map(|ring| ring.mean[c]).collect();
-                let harmonic: Vec<f64> = rings.iter().map(|ring| ring.harmonic[c]).collect();
-                (basis.fit(&mean, &weights), basis.fit_second_harmonic(&harmonic, &mean, &weights))
+    let KeptSum { sharpness, amplitudes, relative_rms, .. } = kept.get(measured, ratio);
+    let lobe = Lobe { masking: Masking::Cosine, table: None, ..lobe };
+    BrdfLobe { lobe, sharpness, amplitudes: ZonalAmplitudes::ByDifferenceAngle(amplitudes), relative_rms }
+}
+
+impl KeptSum {
+    fn new(measured: &Arc<Measured>, ratio: f64) -> Self {
+        let basis = ZonalBasis::new(measured.lobe_alpha(), ratio);
+        let fits: Vec<[(ZonalFit, Vec<[f64; 2]>); 3]> = (0..=DIFFERENCE_ANGLES)
+            .into_par_iter()
+            .map(|k| {
+                let difference = FRAC_PI_2 * k as f64 / DIFFERENCE_ANGLES as f64;
+                let rings: Vec<Ring> = basis.angles.iter().map(|&angle| Ring::new(measured, angle, difference)).collect();
+                let weights: Vec<f64> = rings.iter().map(|ring| ring.weight).collect();
+                std::array::from_fn(|c| {
+                    let mean: Vec<f64> = rings.iter().map(|ring| ring.mean[c]).collect();
+                    let harmonic: Vec<f64> = rings.iter().map(|ring| ring.harmonic[c]).collect();
+                    (basis.fit(&mean, &weights), basis.fit_second_harmonic(&harmonic, &mean, &weights))
+                })
             })
-        })
-        .collect();
-    let terms = || fits.iter().flatten().flat_map(|(zonal, harmonic)| zonal.lobes.iter().chain(harmonic));
-    let mut sharpness: Vec<f64> = terms().map(|l| l[0]).collect();
-    sharpness.sort_by(f64::total_cmp);
-    sharpness.dedup();
-    let amplitudes = |terms: &[[f64; 2]]| {
-        let of = |l: &f64| terms.iter().find(|term| term[0] == *l).map_or(0.0, |term| term[1]);
-        filled(&sharpness.iter().map(of).collect::<Vec<f64>>())
-    };
-    let of_channel =
-        |(zonal, harmonic): &(ZonalFit, Vec<[f64; 2]>)| Terms { zonal: amplitudes(&zonal.lobes), harmonic: amplitudes(harmonic) };
-    let squares: f64 = fits.iter().flatten().map(|(zonal, _)| zonal.relative_rms.powi(2)).sum();
-    BrdfLobe {
-        lobe: Lobe { masking: Masking::Cosine, table: None, ..lobe },
-        sharpness: filled(&sharpness),
-        amplitudes: ZonalAmplitudes::ByDifferenceAngle(fits.iter().map(|of| std::array::from_fn(|c| of_channel(&of[c]))).collect()),
-        relative_rms: (squares / (3 * fits.len()) as f64).sqrt(),
+            .collect();
+        let terms = || fits.iter().flatten().flat_map(|(zonal, harmonic)| zonal.lobes.iter().chain(harmonic));
+        let mut sharpness: Vec<f64> = terms().map(|l| l[0]).collect();
+        sharpness.sort_by(f64::total_cmp);
+        sharpness.dedup();
+        let amplitudes = |terms: &[[f64; 2]]| {
+            let of = |l: &f64| terms.iter().find(|term| term[0] == *l).map_or(0.0, |term| term[1]);
+            filled(&sharpness.iter().map(of).collect::<Vec<f64>>())
+        };
+        let of_channel =
+            |(zonal, harmonic): &(ZonalFit, Vec<[f64; 2]>)| Terms { zonal: amplitudes(&zonal.lobes), harmonic: amplitudes(harmonic) };
+        let squares: f64 = fits.iter().flatten().map(|(zonal, _)| zonal.relative_rms.powi(2)).sum();
+        Self {
+            measured: Arc::clone(measured),
+            ratio,
+            sharpness: filled(&sharpness),
+            amplitudes: fits.iter().map(|of| std::array::from_fn(|c| of_channel(&of[c]))).collect(),
+            relative_rms: (squares / (3 * fits.len()) as f64).sqrt(),
+        }
     }
 }
 

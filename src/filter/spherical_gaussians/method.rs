@@ -1,6 +1,7 @@
 //! The method, from a surface and pairs to values with errors, and the search for a tolerance.
 
 use super::amplitudes::AmplitudeFinder;
+use super::brdf_lobes::MeasuredSums;
 use super::mode_query::ModeQuery;
 use super::modes::SAMPLE_PAIRS;
 use super::normals::NormalLobes;
@@ -81,6 +82,8 @@ pub(super) struct Run<'a> {
     sampler: FacetSampler<'a>,
     /// Seconds of each [`Stage`].
     seconds: [f64; STAGES.len()],
+    /// Sums of measured BRDFs so far.
+    measured: MeasuredSums,
     /// Share of the work that is done, and pairs of the whole list.
     done: RisingShare,
     pairs: f64,
@@ -113,6 +116,7 @@ impl<'a> Run<'a> {
             control,
             sampler,
             seconds: [0.0; STAGES.len()],
+            measured: MeasuredSums::default(),
             done: RisingShare::default(),
             pairs: pairs as f64,
             notes: Vec::new(),
@@ -157,11 +161,11 @@ impl<'a> Run<'a> {
     /// the values choose, with as many more facets as these err.
     fn within_tolerance(&mut self, list: &[Pair], query: &ModeQuery) -> Result<(SphericalGaussianPlan, RawValues, ApproximationErrors)> {
         let tolerance = self.quality.tolerance;
-        let mut plan = self.adapt(&Probes::new(self.small, list), query, SphericalGaussianPlan::FIRST)?;
+        let (mut plan, mut exhausted) = self.adapt(&Probes::new(self.small, list), query, SphericalGaussianPlan::FIRST)?;
         for round in 0.. {
             let (_, raw, errors) = self.with_errors(plan, list, query)?;
-            // With a lobe and an amplitude for each normal, what is left of the bias is that of the BRDF's lobes: no settings help.
-            let in_vain = raw.complete && errors.bias > tolerance;
+            // More facets are in vain where no settings were left that bring the bias down: that of a BRDF's lobes stays.
+            let in_vain = exhausted && errors.bias > tolerance;
             if round == ROUNDS || in_vain || measured_keeps(errors.total, tolerance) {
                 return Ok((plan, raw, errors));
             }
@@ -169,10 +173,10 @@ impl<'a> Run<'a> {
             let facets = needed(index_u32(plan.facets), MEASURED_SAFETY * of_facets / (FACET_SHARE * tolerance)) as usize;
             let first = SphericalGaussianPlan { facets: facets.min(query.most_facets()), ..plan };
             let next = self.adapt(&Probes::by_value(self.small, list, &raw.pairs), query, first)?;
-            if next == plan {
+            if next.0 == plan {
                 return Ok((plan, raw, errors));
             }
-            plan = next;
+            (plan, exhausted) = next;
         }
         unreachable!("the last round returns")
     }
@@ -196,7 +200,7 @@ impl<'a> Run<'a> {
             lobes += normals.densities.len();
             amplitudes += finder.layout.count() * finder.layout.channels;
             complete &= normals.complete && finder.layout.count() >= normals.densities.len();
-            let covered = self.timed(Stage::Integrals, |run| SurfaceBrdf::new(&run.small.surfaces[surface], plan.brdf));
+            let covered = self.timed(Stage::Integrals, |run| SurfaceBrdf::new(&run.small.surfaces[surface], plan.brdf, &run.measured));
             brdf.push((covered.lobes(), covered.error()));
             let of_surface = SurfaceLobes { plan, densities: &normals.densities, layout: &finder.layout };
             let surfaces = self.small.surfaces.len();
@@ -251,8 +255,9 @@ impl<'a> Run<'a> {
         self.timed(Stage::Visibility, |run| probes.exact(run.small, &run.sampler, facets))
     }
 
-    /// The plan for the tolerance, from `plan` on: facets until their error on the probes is small enough, then lobes until the bias is.
-    fn adapt(&mut self, probes: &Probes, list: &ModeQuery, mut plan: SphericalGaussianPlan) -> Result<SphericalGaussianPlan> {
+    /// The plan for the tolerance, from `plan` on: facets until their error on the probes is small enough, then lobes until the bias is; and whether there are no
+    /// more of these though it is not.
+    fn adapt(&mut self, probes: &Probes, list: &ModeQuery, mut plan: SphericalGaussianPlan) -> Result<(SphericalGaussianPlan, bool)> {
         let tolerance = self.quality.tolerance;
         let (count, exact, _) = Probes::facets_within(FACET_SHARE * tolerance, [plan.facets, list.most_facets()], |facets| {
             self.exact(&SphericalGaussianPlan { facets, ..plan }, probes)
@@ -271,7 +276,7 @@ impl<'a> Run<'a> {
             let enough = SAFETY * bias <= BIAS_SHARE * tolerance;
             // Once every normal has a lobe and an amplitude, more are asked for in vain.
             if enough || complete {
-                return Ok(plan);
+                return Ok((plan, !enough));
             }
             // Whatever helps more: a finer density, or a finer visibility. Each round doubles one of them, so the search ends.
             let doubled = (2 * lobes).min(MAX_LOBES);
@@ -282,7 +287,7 @@ impl<'a> Run<'a> {
             let of_finer = finer.map(|plan| of(self, &plan)).transpose()?;
             let of_more = more.map(|plan| of(self, &plan)).transpose()?;
             match (finer.zip(of_finer), more.zip(of_more)) {
-                (None, None) => return Ok(plan),
+                (None, None) => return Ok((plan, true)),
                 (Some((_, finer)), Some((next, more))) if more.0 < finer.0 => (plan, (bias, complete)) = (next, more),
                 (Some((next, found)), _) => {
                     (plan, (bias, complete)) = (next, found);

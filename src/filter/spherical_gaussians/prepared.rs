@@ -1,6 +1,7 @@
 //! Lobes of normals and amplitudes of a list of pairs, kept while BRDFs change: facets and what they see are forgotten.
 
 use super::amplitudes::AmplitudeLayout;
+use super::brdf_lobes::MeasuredSums;
 use super::method::{Run, lobes_of};
 use super::mode_query::ModeQuery;
 use super::surface::{SurfaceBrdf, SurfaceLobes};
@@ -20,6 +21,8 @@ pub struct PreparedLobes {
     /// Visible area over the footprint, one a direction of the query.
     areas: Vec<f64>,
     pub(super) surfaces: Vec<OneSurface>,
+    /// Sums of measured BRDFs so far.
+    pub(super) measured: MeasuredSums,
 }
 
 /// What is kept of a surface.
@@ -93,7 +96,7 @@ pub fn prepare_lobes(
         surfaces.push(OneSurface { densities: normals.densities, layout: finder.layout, rows });
         (control.progress)("amplitudes", (surface + 1) as f64 / small.surfaces.len() as f64);
     }
-    Ok(PreparedLobes { plan: *plan, areas: seen.areas.clone(), query: mode_query.query, surfaces })
+    Ok(PreparedLobes { plan: *plan, areas: seen.areas.clone(), query: mode_query.query, surfaces, measured: MeasuredSums::default() })
 }
 
 impl PreparedLobes {
@@ -109,7 +112,7 @@ impl PreparedLobes {
         for (prepared, surface) in self.surfaces.iter().zip(surfaces) {
             control.check()?;
             let lobes = SurfaceLobes { plan: &self.plan, densities: &prepared.densities, layout: &prepared.layout };
-            let brdf = SurfaceBrdf::new(surface, self.plan.brdf);
+            let brdf = SurfaceBrdf::new(surface, self.plan.brdf, &self.measured);
             lobes.integrate(&brdf, &self.query, 0..sums.len(), &prepared.rows, &mut sums);
         }
         Ok(self.values(&sums))

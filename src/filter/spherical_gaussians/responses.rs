@@ -168,7 +168,7 @@ impl LobeResponses {
             if prepared.densities.is_empty() {
                 continue;
             }
-            let brdf = SurfaceBrdf::new(surface, self.prepared.plan.brdf);
+            let brdf = SurfaceBrdf::new(surface, self.prepared.plan.brdf, &self.prepared.measured);
             let lobes = brdf.sums.iter().map(on_the_row).collect::<Option<Vec<_>>>().ok_or_else(|| {
                 let problem = format!("the BRDF of surface {} is not a sum of Gaussians whose sharpnesses are powers of 2 to 2^30", k + 1);
                 BadInput::new(problem, "evaluate it from the prepared lobes, or prepare them by a plan with `brdf=2`").at_field("surface")

@@ -1,7 +1,7 @@
 //! One surface: the lobes of its normals with a row of amplitudes a pair, and the lobes of its BRDF -> `S` of each pair.
 
 use super::amplitudes::AmplitudeLayout;
-use super::brdf_lobes::{BrdfLobe, brdf_lobes};
+use super::brdf_lobes::{BrdfLobe, MeasuredSums, brdf_lobes};
 use super::integrals::{PairIntegral, Room};
 use crate::brdf::Colour;
 use crate::filter::plan::{BrdfLobes, SphericalGaussianPlan};
@@ -32,9 +32,9 @@ pub struct SurfaceBrdf<'a> {
 
 impl<'a> SurfaceBrdf<'a> {
     /// Those of a surface; colours of facets are in the amplitudes.
-    pub fn new(surface: &'a Surface, kind: BrdfLobes) -> Self {
+    pub fn new(surface: &'a Surface, kind: BrdfLobes, measured: &MeasuredSums) -> Self {
         let tint = if let Tint::Uniform(tint) = surface.tint { tint } else { [1.0; 3] };
-        let (constant, sums) = brdf_lobes(&surface.brdf, tint, kind);
+        let (constant, sums) = brdf_lobes(&surface.brdf, tint, kind, measured);
         Self { constant, sums }
     }
 
