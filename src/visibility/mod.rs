@@ -9,6 +9,7 @@
 //! | `choose_method` | which of the three answers: rays at grazing angles, a projection elsewhere, horizon angles where they cost less |
 //! | `grazing` | which angles are grazing |
 //! | `rays` | rays from cell to cell of the lattice, and after how many periods one is given up |
+//! | `repeating` | which cells a ray need not look at, as its path through them repeats |
 //! | `raster` | a projection along the direction, for many facets at once |
 //! | `horizon` | the horizon angle of a height field in an azimuth, which answers for all elevations |
 //! | `bits` | the answers |
@@ -23,6 +24,7 @@ mod grazing;
 mod horizon;
 pub mod raster;
 mod rays;
+mod repeating;
 
 #[cfg(test)]
 pub(crate) mod test_tiles;

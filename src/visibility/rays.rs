@@ -11,6 +11,7 @@
 //!
 //! The hierarchy is obvhs's: PLOC (Meister and Bittner 2018), compressed to eight children a node (Ylitie et al. 2017).
 
+use super::repeating::RepeatingPath;
 use crate::error::{BadInput, Error, Result};
 use crate::geometry::Tile;
 use crate::numerics::cast::narrow;
@@ -47,6 +48,10 @@ const IN_PLANE: f64 = 1e-11;
 
 /// The same for the plane of the triangle that the caller names: there the claim is believed to single precision.
 const IN_NAMED_PLANE: f64 = 1e-6;
+
+/// Cells after which a walk asks what stands on its path, and faces that cost as much as a cell to look at. Chosen, not measured.
+const LOOK_AFTER: usize = 16;
+const FACES_PER_CELL: usize = 64;
 
 /// obvhs keeps at most 31 pending groups and silently drops more; a level of the hierarchy leaves at most one.
 pub(crate) const MAX_DEPTH: usize = 31;
@@ -213,7 +218,7 @@ impl PeriodicBvh {
     /// cannot block the ray, and are found by their distance. `direction` need not be a unit vector. Both sides of a face block.
     pub fn occluded(&self, triangle: usize, origin: DVec3, direction: DVec3) -> Occlusion {
         let Some(walk) = self.walk(origin, direction) else { return Occlusion::Free };
-        let (blocked, finished) = walk.cells(|segment| self.blocks(segment, walk.direction, triangle));
+        let (blocked, finished) = walk.cells(&self.faces, |segment| self.blocks(segment, walk.direction, triangle));
         match (blocked, finished) {
             (Some(()), _) => Occlusion::Blocked,
             (None, true) => Occlusion::Free,
@@ -235,7 +240,7 @@ impl PeriodicBvh {
     /// passes through `origin` is hit at distance 0. Where a front and a back face coincide, the front one is hit.
     pub fn trace(&self, origin: DVec3, direction: DVec3, skip_triangle: Option<u32>) -> Traced {
         let Some(walk) = self.walk(origin, direction) else { return Traced::Left };
-        let (hit, finished) = walk.cells(|segment| self.first(segment, walk.direction, skip_triangle));
+        let (hit, finished) = walk.cells(&self.faces, |segment| self.first(segment, walk.direction, skip_triangle));
         match (hit, finished) {
             (Some((face, place, distance)), _) => {
                 let length = (direction * self.scale).length();
@@ -330,10 +335,11 @@ impl PeriodicBvh {
 }
 
 impl Walk {
-    /// Shows `visit` the segments in order until it finds something. Also tells whether the walk came to its end or to a find,
-    /// and not to [`MAX_PERIODS`].
-    fn cells<T>(&self, mut visit: impl FnMut(&Segment) -> Option<T>) -> (Option<T>, bool) {
+    /// Shows `visit` the segments in order, but for those over which none of `faces` can stand, until it finds something. Also tells whether the walk came to
+    /// its end or to a find, and not to [`MAX_PERIODS`].
+    fn cells<T>(&self, faces: &[Face], mut visit: impl FnMut(&Segment) -> Option<T>) -> (Option<T>, bool) {
         let (mut column, mut row) = (0.0, 0.0);
+        let mut look = LOOK_AFTER.max(faces.len() / FACES_PER_CELL);
         // Distance from `start` to the next border of the lattice, computed anew from the cell's number: it does not drift.
         let border = |cell: f64, start: f64, direction: f64| {
             if direction > 0.0 {
@@ -345,7 +351,22 @@ impl Walk {
             }
         };
         let mut entry = 0.0_f64;
-        for _ in 0..MAX_PERIODS {
+        for cell in 0..MAX_PERIODS as usize {
+            if cell == look {
+                look += look;
+                if let Some(path) = RepeatingPath::new(self.start, self.direction) {
+                    let z = self.start.z + entry * self.direction.z;
+                    let free = path.next_height(faces.iter().map(Face::corners), z);
+                    if free == f64::INFINITY {
+                        return (None, true);
+                    }
+                    // One repeat less, so that the walk comes to what stands there from below.
+                    let repeats = ((free - z) / path.rise - 1.0).floor().max(0.0);
+                    column += repeats * path.cells[0];
+                    row += repeats * path.cells[1];
+                    entry += repeats * path.length;
+                }
+            }
             let x = border(column, self.start.x, self.direction.x);
             let y = border(row, self.start.y, self.direction.y);
             let exit = x.min(y).min(self.end).max(entry);
@@ -369,6 +390,10 @@ impl Walk {
 }
 
 impl Face {
+    fn corners(&self) -> [DVec3; 3] {
+        [self.corner, self.corner + self.edges[0], self.corner + self.edges[1]]
+    }
+
     /// `None` for a triangle without area.
     fn new(corners: &[DVec3; 3]) -> Option<Self> {
         let edges = [corners[1] - corners[0], corners[2] - corners[0]];

@@ -182,9 +182,42 @@ fn a_ray_that_never_leaves_is_given_up() {
     assert_eq!(bvh.occluded(4, origin, DVec3::Y), Occlusion::GaveUp);
     assert_eq!(bvh.trace(origin, DVec3::Y, None), Traced::GaveUp);
     assert_eq!(bvh.occluded(4, origin, DVec3::X), Occlusion::Blocked);
-    // It needs 65,535 periods to rise from the middle to the top: free. With 65,600 it is given up.
-    assert_eq!(bvh.occluded(4, origin, DVec3::new(0.0, 1.0, 0.5 / 65_500.0)), Occlusion::Free);
-    assert_eq!(bvh.occluded(4, origin, DVec3::new(0.0, 1.0, 0.5 / 65_600.0)), Occlusion::GaveUp);
+    // However many periods it needs to rise to the top: its path repeats, and nothing stands on it.
+    for periods in [10.0, 65_600.0, 1e12] {
+        assert_eq!(bvh.occluded(4, origin, DVec3::new(0.0, 1.0, 0.5 / periods)), Occlusion::Free);
+        assert_eq!(bvh.trace(origin, DVec3::new(0.0, 1.0, 0.5 / periods), None), Traced::Left);
+    }
+}
+
+#[test]
+fn rays_whose_path_repeats_agree_with_trying_every_translate() {
+    for (seed, period) in [(5, DVec2::ONE), (6, DVec2::new(3.0, 0.5))] {
+        let tile = soup(period, 1.0, 2, seed);
+        let bvh = PeriodicBvh::new(&tile).unwrap();
+        let mut random = Random::from_state(seed);
+        let mut found = [0; 2];
+        for _ in 0..200 {
+            let triangle = (random.unit() * 2.0) as usize;
+            let origin = point(&tile, triangle, random.unit(), random.unit());
+            // Along rows, columns, and slopes of up to four cells, up to 2,000 of them.
+            let mut cells = || ((random.unit() * 9.0).floor() - 4.0).clamp(-4.0, 4.0);
+            let (x, y) = (cells(), cells());
+            if (x, y) == (0.0, 0.0) {
+                continue;
+            }
+            let rise = 10_f64.powf(-1.0 - 2.3 * random.unit());
+            let w = DVec3::new(x * period.x, y * period.y, rise).normalize();
+            let expected = brute_force(&tile, origin, w, triangle);
+            let hit = bvh.closest(origin, w, Some(triangle as u32));
+            assert_eq!(hit.map(|h| h.triangle as usize), expected.map(|e| e.1), "seed {seed}: from {origin} on {triangle} to {w}");
+            assert_eq!(bvh.occluded(triangle, origin, w) == Occlusion::Blocked, expected.is_some());
+            if let (Some(hit), Some((distance, ..))) = (hit, expected) {
+                assert!((hit.distance / distance - 1.0).abs() < 1e-6, "{} for {distance}", hit.distance);
+            }
+            found[usize::from(expected.is_some())] += 1;
+        }
+        assert!(found[0] > 10 && found[1] > 100, "{found:?}");
+    }
 }
 
 #[test]
