@@ -199,13 +199,13 @@ fn rays_whose_path_repeats_agree_with_trying_every_translate() {
         for _ in 0..200 {
             let triangle = (random.unit() * 2.0) as usize;
             let origin = point(&tile, triangle, random.unit(), random.unit());
-            // Along rows, columns, and slopes of up to four cells, up to 2,000 of them.
+            // Along rows, columns, and slopes of up to four cells; up to 2,000 of them.
             let mut cells = || ((random.unit() * 9.0).floor() - 4.0).clamp(-4.0, 4.0);
             let (x, y) = (cells(), cells());
             if (x, y) == (0.0, 0.0) {
                 continue;
             }
-            let rise = 10_f64.powf(-1.0 - 2.3 * random.unit());
+            let rise = 10_f64.powf(0.5 - 3.8 * random.unit());
             let w = DVec3::new(x * period.x, y * period.y, rise).normalize();
             let expected = brute_force(&tile, origin, w, triangle);
             let hit = bvh.closest(origin, w, Some(triangle as u32));
