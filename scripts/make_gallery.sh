@@ -1,5 +1,5 @@
 #!/bin/sh
-# The rendered pictures of README.md and docs/wu-2011.md, and the list of their errors.
+# The rendered pictures of README.md, docs/wu-2011.md and docs/iwasaki-2012.md, and the list of their errors.
 #
 # usage: scripts/make_gallery.sh BISCALE FOLDER     FOLDER is usually docs/gallery
 set -eu
@@ -29,3 +29,4 @@ for f in 4a 4b 4c; do figure cup $f; done
 for f in 5a 5b 5c 5d; do figure plate $f; done
 for f in 6a 6b 6c 6d; do figure skirt $f; done
 for f in 7a 7b; do figure pillow $f; done
+"$(dirname "$0")/make_iwasaki_figures.sh" "$biscale" "$folder"

@@ -110,7 +110,7 @@ impl Probes {
 /// The same scene and quality give the same bits at any thread count.
 ///
 /// # Errors
-/// [`Error::Unsupported`] for a budget or a plan, [`Error::Interrupted`] when `control` asks to stop, those of the filter.
+/// [`Error::Unsupported`] for a budget, [`Error::Interrupted`] when `control` asks to stop, those of the filter.
 pub fn render_lights(scene: &Scene, quality: &Quality, control: &Control<'_>) -> Result<Rendered> {
     render_in_bands(scene, quality, control, MAX_LAMPS)
 }
@@ -152,12 +152,9 @@ pub(super) fn render_in_bands(scene: &Scene, quality: &Quality, control: &Contro
 
 /// Refuses what a picture cannot be made by.
 fn check(quality: &Quality) -> Result<()> {
-    let unsupported = |what: &str, remedy: &str| Err(Error::Unsupported { what: what.to_owned(), remedy: remedy.to_owned() });
     if quality.budget.is_some() {
-        return unsupported("a budget of time for a picture", "set the time by `tolerance`");
-    }
-    if quality.plan.is_some() {
-        return unsupported("a plan for a picture", "the same scene, seed and options repeat its bits without one");
+        let (what, remedy) = ("a budget of time for a picture".to_owned(), "set the time by `tolerance`".to_owned());
+        return Err(Error::Unsupported { what, remedy });
     }
     Ok(())
 }

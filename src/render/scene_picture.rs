@@ -22,7 +22,7 @@ const SMALL_LIGHTS: u32 = 512;
 /// The same scene and quality give the same bits at any thread count.
 ///
 /// # Errors
-/// [`Error::Unsupported`] for a budget or a plan, [`Error::Interrupted`] when `control` asks to stop, those of the filter.
+/// [`Error::Unsupported`] for a budget, [`Error::Interrupted`] when `control` asks to stop, those of the filter.
 ///
 /// ```
 /// use biscale::render::{Scene, render};

@@ -111,7 +111,6 @@ fn bad_arguments_are_refused_before_the_work() {
         (&["render", "scene.toml", "-o", "out.png", "--exposure", "bright"], 2, &["--exposure", "stops"]),
         (&["render", "scene.toml", "-o", "out.png", "--material", "n.toml"], 2, &["n.toml", "no such file"]),
         (&["render", "scene.toml", "-o", "out.png", "--budget", "1s"], 1, &["budget", "not supported"]),
-        (&["render", "scene.toml", "-o", "out.png", "--plan", "direct:2048x1"], 1, &["plan", "not supported"]),
         (&["render", "scene.toml", "-o", "out.png", "--method", "sg", "--bounces", "2"], 2, &["--bounces", "direct light only"]),
     ] {
         let said = folder.run(arguments);
