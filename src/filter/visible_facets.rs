@@ -4,7 +4,7 @@ use super::facet_sampler::FacetSampler;
 use super::sums::visible_area;
 use crate::error::{BadInput, Result};
 use crate::facets::{ALIGNMENT, Facets, REPLICATES};
-use crate::filter::plan::MAX_FACETS;
+use crate::filter::plan::{MAX_FACETS, MIN_FACETS};
 use crate::visibility::Bits;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -23,11 +23,12 @@ pub struct VisibleFacets {
 }
 
 impl VisibleFacets {
-    /// The most facets, a power of two and at most [`MAX_FACETS`], for which memory is there with so many directions.
+    /// The most facets, a power of two that a plan may have, for which memory is there with so many directions; for lists so long that none are,
+    /// the fewest, which [`Self::new`] declines.
     pub fn most(directions: usize) -> usize {
         // Those of a surface are filled up to whole runs.
         let room = (8 * MAX_BIT_BYTES / directions.max(1)).saturating_sub(REPLICATES * ALIGNMENT);
-        (room / 2 + 1).next_power_of_two().min(MAX_FACETS)
+        (room / 2 + 1).next_power_of_two().clamp(MIN_FACETS, MAX_FACETS)
     }
 
     /// What facets of a sampler's surface see of `directions`.

@@ -287,12 +287,12 @@ impl Tables<'_, '_> {
 
     /// The values of one block, `[rings, number]`, from the file of kept ones if they are there.
     fn block(&mut self, grid: &HemisphereGrid, name: [usize; 2], places: &[(usize, usize)], share: Range<f64>) -> Result<BlockValues> {
+        let pairs: Vec<Pair> = places.iter().map(|&(i, o)| Pair { wi: grid.nodes()[i], wo: grid.nodes()[o] }).collect();
         if let Some(kept) = &mut self.kept
-            && let Some(block) = kept.find(name, places.len())?
+            && let Some(block) = kept.find(name, &pairs)?
         {
             return Ok(block);
         }
-        let pairs: Vec<Pair> = places.iter().map(|&(i, o)| Pair { wi: grid.nodes()[i], wo: grid.nodes()[o] }).collect();
         let result = (self.values)(&pairs, &self.quality, share)?;
         self.costs.add(&result.summary, pairs.len());
         let mut block = BlockValues::default();
@@ -300,7 +300,7 @@ impl Tables<'_, '_> {
             block.push([s[0], s[1], s[2], s_se[0], s_se[1], s_se[2]].map(narrow), narrow(*av));
         }
         if let Some(kept) = &mut self.kept {
-            kept.keep(name, &block)?;
+            kept.keep(name, &pairs, &block)?;
         }
         Ok(block)
     }

@@ -52,6 +52,8 @@ const IN_NAMED_PLANE: f64 = 1e-6;
 /// Cells after which a walk asks what stands on its path, and faces that cost as much as a cell to look at. Chosen, not measured.
 const LOOK_AFTER: usize = 16;
 const FACES_PER_CELL: usize = 64;
+/// Above the normalised height of any surface.
+const TOP: f64 = 2.0;
 
 /// obvhs keeps at most 31 pending groups and silently drops more; a level of the hierarchy leaves at most one.
 pub(crate) const MAX_DEPTH: usize = 31;
@@ -354,14 +356,15 @@ impl Walk {
         for cell in 0..MAX_PERIODS as usize {
             if cell == look {
                 look += look;
-                if let Some(path) = RepeatingPath::new(self.start, self.direction) {
-                    let z = self.start.z + entry * self.direction.z;
-                    let free = path.next_height(faces.iter().map(Face::corners), z);
-                    if free == f64::INFINITY {
+                let at = self.start + entry * self.direction - DVec3::new(column, row, 0.0);
+                if let Some(path) = RepeatingPath::new(at, self.direction) {
+                    let free = path.next_height(faces.iter().map(Face::corners), at.z);
+                    // One repeat less, so that the walk comes to what stands there from below.
+                    let repeats = ((free.min(TOP) - at.z) / path.rise - 1.0).floor().max(0.0);
+                    if free == f64::INFINITY && repeats <= path.straight {
                         return (None, true);
                     }
-                    // One repeat less, so that the walk comes to what stands there from below.
-                    let repeats = ((free - z) / path.rise - 1.0).floor().max(0.0);
+                    let repeats = repeats.min(path.straight.floor());
                     column += repeats * path.cells[0];
                     row += repeats * path.cells[1];
                     entry += repeats * path.length;

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 /// Largest number of columns or rows after which a path is looked at for repeating itself.
 const MOST_CELLS: u32 = 4;
-/// Deviation from a simple slope that counts as none: over all cells that a ray may pass it stays within [`BESIDE`].
+/// Deviation from a simple slope that a path may have; how far it drifts is kept in mind.
 const ROUNDING: f64 = 1e-12;
 /// What stands so far beside the line, in units of the cell, counts as standing on it.
 const BESIDE: f64 = 1e-6;
@@ -22,6 +22,8 @@ pub struct RepeatingPath {
     pub length: f64,
     /// How much it rises.
     pub rise: f64,
+    /// Repeats over which it stays on its line, but for what counts as on it.
+    pub straight: f64,
     /// `line · (x, y)` is a whole number more than `offset` on the path.
     line: [f64; 2],
     offset: f64,
@@ -41,7 +43,9 @@ impl RepeatingPath {
         let cells = [x * direction.x.signum(), y * direction.y.signum()];
         let line = [cells[1], -cells[0]];
         let length = if x > 0.0 { x / direction.x.abs() } else { y / direction.y.abs() };
-        Some(Self { cells, length, rise: length * direction.z, line, offset: line[0] * start.x + line[1] * start.y })
+        let drift = length * (line[0] * direction.x + line[1] * direction.y).abs();
+        let straight = 0.5 * BESIDE / drift;
+        Some(Self { cells, length, rise: length * direction.z, straight, line, offset: line[0] * start.x + line[1] * start.y })
     }
 
     /// The lowest height from `z` on at which one of some triangles stands on the path; infinite where none does.

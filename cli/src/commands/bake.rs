@@ -80,9 +80,8 @@ pub fn run(args: &BakeArgs, common: &CommonArgs) -> Result<()> {
         None => progress::with_forecast(common, work),
     };
     let table = table.inspect_err(|error| {
-        if !matches!(error, Error::Interrupted) {
-            let _ = std::fs::remove_file(&kept);
-        } else if kept.exists() {
+        // Whatever went wrong, what is computed stays: hours of work, or a file that is not ours.
+        if matches!(error, Error::Interrupted) && kept.exists() {
             output::tell(common, &format!("what is computed is kept in {}: the same command goes on from there", kept.display()));
         }
     })?;

@@ -18,12 +18,12 @@ pub(crate) fn repair(soup: &mut Triangles) -> Result<Vec<String>, BadInput> {
     if doubled > 0 {
         notes.push(format!("left out {doubled} faces that lie on others: paper has one layer"));
     }
-    if has_no_thickness(soup) {
+    let parts = Parts::of(soup)?;
+    let turned = parts.turn_alike(soup);
+    if parts.triangles.iter().any(|part| has_no_thickness(soup, part)) {
         let problem = "the surface has no thickness: its front and its back lie in one place";
         return Err(BadInput::new(problem, "delete the faces of one side: paper has one layer"));
     }
-    let parts = Parts::of(soup)?;
-    let turned = parts.turn_alike(soup);
     if turned > 0 {
         notes.push(format!("turned {turned} faces over that were turned against their neighbours"));
     }
@@ -59,17 +59,10 @@ fn drop_doubled(soup: &mut Triangles) -> usize {
 /// Volume over area and size below which a closed surface has none: rounding of welded corners. Chosen, not measured.
 const NO_THICKNESS: f64 = 1e-9;
 
-/// Whether a surface is closed and holds nothing: a sheet with a front and a back, cut into triangles in different ways.
-fn has_no_thickness(soup: &Triangles) -> bool {
-    let mut runs: FxHashMap<[u32; 2], i64> = FxHashMap::default();
-    for t in &soup.triangles {
-        for [a, b] in edges(t) {
-            *runs.entry([a.min(b), a.max(b)]).or_default() += if a < b { 1 } else { -1 };
-        }
-    }
-    let all: Vec<usize> = (0..soup.triangles.len()).collect();
-    let area: f64 = all.iter().map(|&t| vector_area(soup, t).length()).sum();
-    runs.values().all(|&sum| sum == 0) && volume(soup, &all).abs() <= NO_THICKNESS * area * soup.size()
+/// Whether a part is closed and holds nothing: a sheet with a front and a back, cut into triangles in different ways.
+fn has_no_thickness(soup: &Triangles, part: &[usize]) -> bool {
+    let area: f64 = part.iter().map(|&t| vector_area(soup, t).length()).sum();
+    area > 0.0 && is_closed(soup, part) && volume(soup, part).abs() <= NO_THICKNESS * area * soup.size()
 }
 
 /// The parts of a surface that hang together by edges of two faces.
@@ -83,7 +76,9 @@ struct Parts {
 impl Parts {
     fn of(soup: &Triangles) -> Result<Self, BadInput> {
         let mut at_edge: FxHashMap<[u32; 2], Vec<usize>> = FxHashMap::default();
-        for (t, corners) in soup.triangles.iter().enumerate() {
+        // Slivers that welding has closed have no sides, and belong to nothing.
+        let has_sides = |t: usize| edges(&soup.triangles[t]).iter().all(|[a, b]| a != b);
+        for (t, corners) in soup.triangles.iter().enumerate().filter(|(t, _)| has_sides(*t)) {
             for [a, b] in edges(corners) {
                 at_edge.entry([a.min(b), a.max(b)]).or_default().push(t);
             }
@@ -101,6 +96,9 @@ impl Parts {
             while next < part.len() {
                 let t = part[next];
                 next += 1;
+                if !has_sides(t) {
+                    continue;
+                }
                 for [a, b] in edges(&soup.triangles[t]) {
                     // Where three meet nothing says which two belong together.
                     let [first, second] = at_edge[&[a.min(b), a.max(b)]][..] else { continue };
@@ -142,19 +140,20 @@ impl Parts {
     }
 }
 
-/// Turns closed parts over whose volume is negative, unless they are cavities of another part. Returns how many were.
+/// Turns closed parts over whose volume is negative, unless they are cavities of another part; what lies in one that is turned and is no cavity of it then is
+/// turned along. Returns how many were.
 fn turn_inside_out(soup: &mut Triangles, parts: &[Vec<usize>]) -> usize {
     let closed: Vec<&Vec<usize>> = parts.iter().filter(|part| is_closed(soup, part)).collect();
-    let wrong: Vec<usize> = (0..closed.len())
-        .filter(|&k| {
-            if volume(soup, closed[k]) >= 0.0 {
-                return false;
-            }
-            let from = soup.vertices[soup.triangles[closed[k][0]][0] as usize];
-            let inside = (0..closed.len()).filter(|&other| other != k).any(|other| winding(soup, closed[other], from).abs() > 0.5);
-            !inside
-        })
-        .collect();
+    // The middle of a face: a corner may be one of another part, too.
+    let place = |k: usize| corners(soup, closed[k][0]).into_iter().sum::<DVec3>() / 3.0;
+    let around = |k: usize| -> Vec<usize> {
+        (0..closed.len()).filter(|&other| other != k && winding(soup, closed[other], place(k)).abs() > 0.5).collect()
+    };
+    let around: Vec<Vec<usize>> = (0..closed.len()).map(around).collect();
+    let negative: Vec<bool> = closed.iter().map(|part| volume(soup, part) < 0.0).collect();
+    let outermost = |k: usize| negative[k] && around[k].is_empty();
+    let wrong = |k: usize| outermost(k) || (!negative[k] && around[k].iter().any(|&other| outermost(other)));
+    let wrong: Vec<usize> = (0..closed.len()).filter(|&k| wrong(k)).collect();
     for &k in &wrong {
         closed[k].iter().for_each(|&t| soup.triangles[t].swap(1, 2));
     }
@@ -248,6 +247,30 @@ mod tests {
         let mut two = together(&cube(2.0, DVec3::ZERO), &turned(cube(1.0, DVec3::splat(3.0))));
         assert_eq!(repair(&mut two).unwrap().len(), 1);
         assert!((volume_of(&two) - 9.0).abs() < 1e-12);
+        // Of two of the same size, whose volumes cancel.
+        let mut two = together(&cube(2.0, DVec3::ZERO), &turned(cube(2.0, DVec3::splat(5.0))));
+        assert_eq!(repair(&mut two).unwrap().len(), 1);
+        assert!((volume_of(&two) - 16.0).abs() < 1e-12);
+        // A hollow body, all of it turned, or its outer side alone.
+        let hollow = together(&cube(4.0, DVec3::ZERO), &turned(cube(1.0, DVec3::ZERO)));
+        let outer = together(&turned(cube(4.0, DVec3::ZERO)), &turned(cube(1.0, DVec3::ZERO)));
+        for mut soup in [turned(hollow), outer] {
+            assert_eq!(repair(&mut soup).unwrap().len(), 1);
+            assert!((volume_of(&soup) - 63.0).abs() < 1e-12, "{}", volume_of(&soup));
+        }
+    }
+
+    #[test]
+    fn a_sliver_that_welding_closed_parts_no_neighbours() {
+        let mut soup = cube(2.0, DVec3::ZERO);
+        let [a, b, _] = soup.triangles[0];
+        soup.triangles.push([a, a, b]);
+        soup.colours.push([0.5; 3]);
+        for t in [0, 1] {
+            soup.triangles[t].swap(1, 2);
+        }
+        let notes = repair(&mut soup).unwrap();
+        assert!(notes.len() == 1 && notes[0].contains("turned 2 faces"), "{notes:?}");
     }
 
     #[test]

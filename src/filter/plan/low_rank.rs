@@ -8,7 +8,9 @@ use std::ops::RangeInclusive;
 use std::str::FromStr;
 
 /// Facets that a run may have.
-const FACETS: RangeInclusive<usize> = 64..=MAX_FACETS;
+const FACETS: RangeInclusive<usize> = MIN_FACETS..=MAX_FACETS;
+/// Fewest facets.
+pub const MIN_FACETS: usize = 64;
 /// Most facets.
 pub const MAX_FACETS: usize = 1 << 18;
 /// Sides of the map of visibility directions.

@@ -11,7 +11,7 @@ mod variant;
 
 pub use any::Plan;
 pub use direct::{CLUSTER_WIDTHS, DirectPlan};
-pub use low_rank::{LARGEST_MAPS, LowRankPlan, MAX_FACETS, MAX_NORMALS, MapSides};
+pub use low_rank::{LARGEST_MAPS, LowRankPlan, MAX_FACETS, MAX_NORMALS, MIN_FACETS, MapSides};
 pub use reference::{BATCHES, MAX_RAYS, ReferencePlan};
 pub use spherical_gaussian::{AmplitudeFit, BrdfLobes, LobeCount, MAX_CHOSEN_LOBES, MAX_LOBES, ProductIntegral, SphericalGaussianPlan};
 pub use variant::Variant;

@@ -1,6 +1,6 @@
 //! The plan of a run of the method `sg`: its variant, facets, lobes, and how these are fitted and integrated.
 
-use super::low_rank::MAX_FACETS;
+use super::low_rank::{MAX_FACETS, MIN_FACETS};
 use super::variant::Variant;
 use crate::error::BadInput;
 use std::fmt;
@@ -8,7 +8,7 @@ use std::ops::RangeInclusive;
 use std::str::FromStr;
 
 /// Facets that a run may have.
-const FACETS: RangeInclusive<usize> = 64..=MAX_FACETS;
+const FACETS: RangeInclusive<usize> = MIN_FACETS..=MAX_FACETS;
 /// Most lobes of the normals of a surface: a woven tile of 2,760 distinct normals, whose polished threads show each of them, has one for each.
 pub const MAX_LOBES: usize = 4096;
 /// Most lobes that the information criterion chooses: each power of two up to it is fitted.

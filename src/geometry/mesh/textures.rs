@@ -2,18 +2,25 @@
 
 use crate::bounded_file::{MAX_TEXT_BYTES, read_bounded};
 use crate::text_file::decode;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Images that are named in one note.
 const NAMED: usize = 3;
 
+/// Libraries that are looked at.
+const LIBRARIES: usize = 64;
+
 /// The images that material libraries (MTL) beside a mesh name; of libraries that cannot be read none.
 pub(super) fn of_libraries(folder: &Path, libraries: &[String]) -> Vec<String> {
     let mut images = Vec::new();
-    for library in libraries {
+    let distinct: BTreeSet<&String> = libraries.iter().collect();
+    for library in distinct.into_iter().take(LIBRARIES) {
         let path = folder.join(library.replace('\\', "/"));
         let Ok(bytes) = (if path.is_file() { read_bounded(&path, MAX_TEXT_BYTES, "") } else { continue }) else { continue };
         images.extend(decode(&bytes).lines().filter_map(image));
+        images.sort_unstable();
+        images.dedup();
     }
     images
 }
