@@ -1,6 +1,7 @@
 //! What `biscale fit` writes beside its report: `fit.json`, and every evaluation as CSV, which `--resume` reads again.
 
 use super::trade;
+use crate::common::content_hash::hash_of_surface;
 use biscale::error::{BadInput, Error, Result};
 use biscale::numerics::hash::Fnv1a;
 use biscale_fit::fit_file::spec::Spec;
@@ -25,6 +26,10 @@ pub fn mark(spec: &Spec, options: &Options) -> String {
     add(env!("CARGO_PKG_VERSION").as_bytes());
     add(spec.source.text.as_bytes());
     add(spec.text.text().as_bytes());
+    // The files that the material names: images, meshes, drafts, measured BRDFs. One that cannot be built stops the fit anyhow.
+    if let Ok(small) = spec.material.build() {
+        add(hash_of_surface(&small).as_bytes());
+    }
     for photograph in &spec.photographs {
         for value in photograph.image.rgb.iter().flatten() {
             add(&value.to_bits().to_le_bytes());

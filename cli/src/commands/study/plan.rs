@@ -1,7 +1,8 @@
 //! What a study asks, and what it runs.
 
 use super::args::StudyArgs;
-use super::folder::{self, StudyIdentity};
+use super::folder::StudyIdentity;
+use crate::common::content_hash::{hash_of_pairs, hash_of_surface};
 use crate::common::options::CommonArgs;
 use crate::common::pairs;
 use biscale::error::{BadInput, Result};
@@ -92,8 +93,8 @@ impl StudyPlan {
     pub fn identity(&self) -> StudyIdentity {
         StudyIdentity {
             name: self.material.name.clone(),
-            material: folder::hash_of_surface(&self.small),
-            pairs: folder::hash_of_pairs(self.asked.iter().map(|(_, q)| &q.pairs[..])),
+            material: hash_of_surface(&self.small),
+            pairs: hash_of_pairs(self.asked.iter().map(|(_, q)| &q.pairs[..])),
             seed: self.seed,
             truth: self.truth.to_string(),
         }
