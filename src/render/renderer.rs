@@ -134,7 +134,7 @@ pub(super) fn render_in_bands(scene: &Scene, quality: &Quality, control: &Contro
     stages.end("shading");
     let report = |m: usize| Some(report(&world, m, plans[m].as_ref()?, tables[m].as_ref()?));
     let materials = (0..scene.materials.len()).map(report).collect();
-    let notes = notes(scene, quality, &plans);
+    let notes = notes(scene, quality, &plans, &tables);
     let details = scene.materials.iter().zip(&plans).filter_map(|(m, plan)| Some((&m.material.name, &plan.as_ref()?.summary.details)));
     let details = details.flat_map(|(name, details)| details.iter().map(move |detail| format!("{name}: {detail}"))).collect();
     Ok(Rendered {
@@ -328,12 +328,17 @@ fn report(world: &World<'_>, material: usize, plan: &QueryPlan, table: &QueryTab
         full_table: full_table(&world.scene.materials[material].small, plan.rings),
         guided: plan.is_guided(),
         gaps: !world.opacity[material].is_opaque(),
-        error: [plan.facets.max(table.relative_rms), plan.interpolation],
+        error: errors(plan, table),
     }
 }
 
+/// Relative RMS errors of the values and of their interpolation.
+fn errors(plan: &QueryPlan, table: &QueryTable) -> [f64; 2] {
+    [plan.facets.max(table.relative_rms), plan.interpolation]
+}
+
 /// What the user should know.
-fn notes(scene: &Scene, quality: &Quality, plans: &[Option<QueryPlan>]) -> Vec<String> {
+fn notes(scene: &Scene, quality: &Quality, plans: &[Option<QueryPlan>], tables: &[Option<QueryTable>]) -> Vec<String> {
     let mut notes: Vec<String> = Vec::new();
     let mut note = |text: String| {
         if !notes.contains(&text) {
@@ -354,7 +359,7 @@ fn notes(scene: &Scene, quality: &Quality, plans: &[Option<QueryPlan>]) -> Vec<S
             }
         }
     }
-    for (material, plan) in scene.materials.iter().zip(plans) {
+    for ((material, plan), table) in scene.materials.iter().zip(plans).zip(tables) {
         let name = &material.material.name;
         material.small.tile.notes.iter().for_each(|n| note(format!("{name}: {n}")));
         let whole = scene.environment.as_ref().is_some_and(|e| e.lighting != Lighting::Sampled);
@@ -366,9 +371,11 @@ fn notes(scene: &Scene, quality: &Quality, plans: &[Option<QueryPlan>]) -> Vec<S
             continue;
         };
         plan.summary.notes.iter().for_each(|n| note(format!("{name}: {n}")));
-        let error = plan.relative_rms();
+        // Of the cells that the picture shows, which may err more than the probes that the plan is made by.
+        let [of_values, interpolation] = table.as_ref().map_or([plan.facets, plan.interpolation], |table| errors(plan, table));
+        let error = of_values.hypot(interpolation);
         if error > quality.tolerance {
-            let why = if plan.interpolation > plan.facets {
+            let why = if interpolation > of_values {
                 format!("its lobes are too narrow for {} rings of directions", plan.rings)
             } else {
                 "the values themselves are that far off".to_owned()
