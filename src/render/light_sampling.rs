@@ -27,16 +27,21 @@ pub const MOST_LIGHTS: u32 = 128;
 pub fn light_sampling(scene: &Scene, quality: &Quality, control: &Control<'_>) -> Result<Option<LightSampling>> {
     let Some(surroundings) = scene.environment.as_ref().filter(|e| e.lighting == Lighting::Sampled) else { return Ok(None) };
     let least = surroundings.lights.unwrap_or(LEAST_LIGHTS);
-    let first = control.part(0.0..0.3, |control| error_of(scene, least, quality, control))?;
-    let Some((error, pixels)) = first else { return Ok(None) };
     let chosen = surroundings.lights.is_none();
-    let enough = f64::from(least) * (SAFETY * error / quality.tolerance).powi(2);
-    if !chosen || enough <= f64::from(least) {
-        return Ok(Some(LightSampling { lights: least, chosen, relative_rms: error, pixels }));
+    let mut lights = least;
+    // Few pictures tell the error roughly: more lights are measured again, and as many as there may be are taken where they do not do.
+    for share in [0.0..0.2, 0.2..0.5, 0.5..1.0] {
+        let last = share.end == 1.0;
+        let found = control.part(share, |control| error_of(scene, lights, quality, control))?;
+        let Some((relative_rms, pixels)) = found else { return Ok(None) };
+        let factor = (SAFETY * relative_rms / quality.tolerance).powi(2);
+        if !chosen || factor <= 1.0 || lights >= MOST_LIGHTS || last {
+            return Ok(Some(LightSampling { lights, chosen, relative_rms, pixels }));
+        }
+        let enough = truncate_u32((f64::from(lights) * factor).ceil().min(MOST_LIGHTS.into()));
+        lights = if lights == least { enough } else { MOST_LIGHTS };
     }
-    let lights = truncate_u32(enough.ceil().min(MOST_LIGHTS.into()));
-    let found = control.part(0.3..1.0, |control| error_of(scene, lights, quality, control))?;
-    Ok(found.map(|(relative_rms, pixels)| LightSampling { lights, chosen, relative_rms, pixels }))
+    unreachable!("the last look returns")
 }
 
 /// Relative RMS error by so many lights, and the pixels that tell it.

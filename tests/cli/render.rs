@@ -273,5 +273,5 @@ fn the_error_of_the_lights_of_an_environment_is_told_and_chooses_their_number() 
     assert!(few["lights"] == 8 && few["chosen"] == false && error(&few) > 2.0 * error(&many), "{few} {many}");
     let lights = chosen["lights"].as_u64().unwrap();
     assert!(chosen["chosen"] == true && (32..=128).contains(&lights), "{chosen}");
-    assert!(lights == 128 || error(&chosen) <= 0.03, "{chosen}");
+    assert!(lights == 128 || 1.5 * error(&chosen) <= 0.03, "{chosen}");
 }
