@@ -54,7 +54,7 @@ pub struct Surroundings {
     pub map: Environment,
     /// How it lights the scene.
     pub lighting: Lighting,
-    /// Directional lights that stand for it where it is sampled; without a number as many as [`light_sampling`](crate::render::light_sampling) finds.
+    /// Directional lights that stand for it where it is sampled; without a number as many as [`light_sampling`](fn@crate::render::light_sampling) finds.
     pub lights: Option<u32>,
     /// Whether it shows as background.
     pub visible: bool,
