@@ -60,4 +60,5 @@ pub(crate) use query::{Query, QueryEntry};
 pub use spherical_gaussians::{LobeResponses, LobeValue, PreparedLobes, prepare_lobes};
 pub(crate) use sums::{FacetSums, Views, visible_area};
 pub use tolerance::DEFAULT_TOLERANCE;
+pub(crate) use tolerance::{SAFETY, keeps};
 pub use value::{Effective, LowRankFacts, Summary, Value};

@@ -10,7 +10,7 @@ use crate::numerics::cast::truncate_u32;
 pub const DEFAULT_TOLERANCE: f64 = 0.005;
 /// To keep a tolerance, stop when this times the estimate is within it. Pairs share facets, so their errors are correlated, and the estimate of one run
 /// is within 1.5 of its own true error in 53 to 97 % of runs, within 2 in 90 to 100 % (`docs/numerics.md`, section 3.6).
-pub(super) const SAFETY: f64 = 1.5;
+pub(crate) const SAFETY: f64 = 1.5;
 /// The same where the error is that of the values themselves, measured against sums over other facets ([`Probes::measure`](super::probes::Probes::measure)).
 pub(super) const MEASURED_SAFETY: f64 = 1.2;
 /// The power of the samples that errors fall with: from .63 to .8, measured by `cargo bench --bench accuracy`.
@@ -21,7 +21,7 @@ pub(super) const MARGIN: f64 = 1.2;
 pub const MAX_SAMPLES: u32 = 1 << 22;
 
 /// Whether an estimated relative RMS error keeps a tolerance.
-pub(super) fn keeps(relative_rms: f64, tolerance: f64) -> bool {
+pub(crate) fn keeps(relative_rms: f64, tolerance: f64) -> bool {
     SAFETY * relative_rms <= tolerance
 }
 

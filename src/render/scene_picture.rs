@@ -2,11 +2,11 @@
 
 use super::compare::difference;
 use super::environment_lighting::{EnvironmentLit, EnvironmentReport, LEAST_TOLERANCE, PictureError};
-use super::light_sampling::{SAFETY, light_sampling};
+use super::light_sampling::light_sampling;
 use super::renderer::{LightSampling, Rendered, render_lights};
 use super::scene::{Lighting, Scene};
 use crate::error::{Error, Result};
-use crate::filter::{Control, Quality};
+use crate::filter::{Control, Quality, keeps};
 use crate::numerics::words::percent;
 use std::borrow::Cow;
 
@@ -91,7 +91,7 @@ fn with_lights(scene: &Scene, sampling: Option<LightSampling>) -> Cow<'_, Scene>
 /// What the user should know of lights that miss the tolerance.
 fn sampling_note(sampling: &LightSampling, quality: &Quality) -> Option<String> {
     let LightSampling { lights, relative_rms, .. } = *sampling;
-    (SAFETY * relative_rms > quality.tolerance).then(|| {
+    (!keeps(relative_rms, quality.tolerance)).then(|| {
         format!(
             "{lights} lights stand for the environment, which makes an error of {} that the tolerance does not cover: more `lights` in \
              [environment] make it smaller, `lighting = \"sg\"` draws none",

@@ -52,8 +52,6 @@ const IN_NAMED_PLANE: f64 = 1e-6;
 /// Cells after which a walk asks what stands on its path, and faces that cost as much as a cell to look at. Chosen, not measured.
 const LOOK_AFTER: usize = 16;
 const FACES_PER_CELL: usize = 64;
-/// Above the normalised height of any surface.
-const TOP: f64 = 2.0;
 
 /// obvhs keeps at most 31 pending groups and silently drops more; a level of the hierarchy leaves at most one.
 pub(crate) const MAX_DEPTH: usize = 31;
@@ -359,12 +357,12 @@ impl Walk {
                 let at = self.start + entry * self.direction - DVec3::new(column, row, 0.0);
                 if let Some(path) = RepeatingPath::new(at, self.direction) {
                     let free = path.next_height(faces.iter().map(Face::corners), at.z);
-                    // One repeat less, so that the walk comes to what stands there from below.
-                    let repeats = ((free.min(TOP) - at.z) / path.rise - 1.0).floor().max(0.0);
-                    if free == f64::INFINITY && repeats <= path.straight {
+                    let to_end = (self.end - entry) / path.length;
+                    if free == f64::INFINITY && to_end <= path.straight {
                         return (None, true);
                     }
-                    let repeats = repeats.min(path.straight.floor());
+                    // One repeat less, so that the walk comes to what stands there from below.
+                    let repeats = ((free - at.z) / path.rise - 1.0).min(to_end).min(path.straight).floor().max(0.0);
                     column += repeats * path.cells[0];
                     row += repeats * path.cells[1];
                     entry += repeats * path.length;

@@ -162,7 +162,8 @@ impl<'a> Run<'a> {
     fn within_tolerance(&mut self, list: &[Pair], query: &ModeQuery) -> Result<(SphericalGaussianPlan, RawValues, ApproximationErrors)> {
         let tolerance = self.quality.tolerance;
         let (mut plan, mut exhausted) = self.adapt(&Probes::new(self.small, list), query, SphericalGaussianPlan::FIRST)?;
-        for round in 0.. {
+        let mut round = 0;
+        loop {
             let (_, raw, errors) = self.with_errors(plan, list, query)?;
             // More facets are in vain where no settings were left that bring the bias down: that of a BRDF's lobes stays.
             let in_vain = exhausted && errors.bias > tolerance;
@@ -177,8 +178,8 @@ impl<'a> Run<'a> {
                 return Ok((plan, raw, errors));
             }
             (plan, exhausted) = next;
+            round += 1;
         }
-        unreachable!("the last round returns")
     }
 
     /// The facets of a plan, and what they see of a query's directions.
