@@ -64,22 +64,24 @@ fn a_short_study_measures_every_method_and_writes_plots_and_a_report() {
     assert!(!folder.path("out/.lowrank-cache").exists(), "compressed BRDFs are left behind");
     let bounces = find("list", "reference:tolerance=0.01:bounces=4");
     assert!(number(bounces, "bias") > 0.05, "grooves of this albedo reflect light more than once: {bounces:?}");
-    let report = folder.read("out/report.md");
+    let report = folder.read("out/report.html");
     for words in [
-        "# two-hue grooves",
-        "## Frontier of the list",
-        "## Frontier of the table",
-        "## What each setting buys",
-        "## Tolerances",
-        "## Placement and precision",
-        "## Interreflections",
-        "## Ranks and the energy kept",
-        "## PSNR",
+        "<h1>two-hue grooves",
+        "<h2>Frontier of the list",
+        "<h2>Frontier of the table",
+        "<h2>What each setting buys",
+        "<h2>Tolerances",
+        "<h2>Placement and precision",
+        "<h2>Interreflections",
+        "<h2>Ranks and the energy kept",
+        "<h2>PSNR",
         "Table 4",
     ] {
         assert!(report.contains(words), "the report lacks {words:?}");
     }
     assert!(!report.contains("NaN") && !report.contains("inf"), "{report}");
+    assert_eq!(report.matches("<svg").count(), 2, "the plots of errors and of placements stand in the page");
+    assert!(!report.contains("src=\"pictures") && !report.contains("href=\"p"), "the page needs another file");
     for name in ["pareto", "placement"] {
         let svg = folder.read(&format!("out/{name}.svg"));
         roxmltree::Document::parse(&svg).unwrap();
@@ -98,12 +100,12 @@ fn pictures_are_rendered_compared_and_not_made_twice() {
     let folder = Folder::new();
     let study = || object(&grooves(&folder, &["--methods", "direct,lowrank", "--pairs", "p.csv"]));
     study();
-    let report = folder.read("out/report.md");
+    let report = folder.read("out/report.html");
     for scene in ["sphere", "ring"] {
         for name in ["direct-rough", "lowrank-paper", "lowrank-improved"] {
             let panels = format!("pictures/{scene}-direct-fine-and-{name}.png");
-            assert!(report.contains(&format!("({panels})")), "no {panels} in:\n{report}");
-            assert!(std::fs::read(folder.path(&format!("out/{panels}"))).unwrap().starts_with(b"\x89PNG"), "{panels}");
+            let png = std::fs::read(folder.path(&format!("out/{panels}"))).unwrap();
+            assert!(png.starts_with(b"\x89PNG") && report.contains(&biscale::formats::svg::png_url(&png)), "{panels} is not in the report");
         }
         assert_eq!(folder.run(["check", &format!("out/pictures/{scene}.toml")]).status, 0);
     }
@@ -112,7 +114,7 @@ fn pictures_are_rendered_compared_and_not_made_twice() {
     let before = made("out/pictures/ring-direct-fine.exr");
     study();
     assert_eq!(made("out/pictures/ring-direct-fine.exr"), before, "a picture was made again");
-    assert_eq!(folder.read("out/report.md"), report);
+    assert_eq!(folder.read("out/report.html"), report);
 }
 
 #[test]
@@ -128,10 +130,10 @@ fn a_study_goes_on_where_it_stopped() {
     let lines: Vec<&str> = whole.split_inclusive('\n').collect();
     let cut = lines[..lines.len() - 2].concat() + &lines[lines.len() - 1][..9];
     folder.write("out/study.csv", cut);
-    std::fs::remove_file(folder.path("out/report.md")).unwrap();
+    std::fs::remove_file(folder.path("out/report.html")).unwrap();
     assert_eq!(study(&[])["runs_made"], 2);
     assert_eq!(rows(&folder).len(), lines.len() - 1);
-    assert!(folder.path("out/report.md").is_file());
+    assert!(folder.path("out/report.html").is_file());
     let seeds = study(&["--seeds", "2"])["runs_made"].as_u64().unwrap();
     assert_eq!(seeds, made - 1, "another seed for every setting, and the same truth");
 }
@@ -163,7 +165,7 @@ fn a_run_that_takes_too_long_is_stopped_and_said_to_be() {
     let summary = object(&Said::from(command.output().unwrap()));
     assert!(summary["settings"].as_u64().unwrap() > 1 && summary["settings"] == summary["settings_not_done"], "{summary}");
     assert!(rows(&folder).iter().filter(|r| r["setting"] != "truth").all(|r| r["status"] == "timed-out"));
-    assert!(folder.read("out/report.md").contains("## Not done"));
+    assert!(folder.read("out/report.html").contains("<h2>Not done</h2>"));
 }
 
 #[test]
@@ -171,12 +173,12 @@ fn wrong_arguments_are_refused_before_anything_is_written() {
     let folder = Folder::new();
     folder.write("none.csv", "wi_x,wi_y,wi_z,wo_x,wo_y,wo_z\n");
     std::fs::create_dir(folder.path("theirs")).unwrap();
-    folder.write("theirs/report.md", "mine");
+    folder.write("theirs/report.html", "mine");
     let before = folder.snapshot();
     for (arguments, words) in [
         (&["study", "missing.toml", "-o", "out"][..], "missing.toml"),
         (&["study", "m.toml", "-o", "p.csv"], "no folder"),
-        (&["study", "m.toml", "-o", "theirs"], "report.md of other origin"),
+        (&["study", "m.toml", "-o", "theirs"], "report.html of other origin"),
         (&["study", "m.toml", "-o", "out", "--pairs", "none.csv"], "there are no pairs"),
         (&["study", "m.toml", "-o", "out", "--methods", "fast"], "fast"),
         (&["study", "m.toml", "-o", "out", "--seeds", "0"], "--seeds"),
@@ -207,7 +209,7 @@ fn an_interrupted_study_keeps_its_runs_and_goes_on() {
     assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
     assert_eq!(child.wait().unwrap().code(), Some(130));
     let kept = rows(&folder).len();
-    assert!(kept >= 7 && !folder.path("out/report.md").exists(), "{kept} runs");
+    assert!(kept >= 7 && !folder.path("out/report.html").exists(), "{kept} runs");
     let made = object(&grooves(&folder, &["--no-pictures"]))["runs_made"].as_u64().unwrap();
     assert_eq!(rows(&folder).len() as u64, kept as u64 + made);
 }

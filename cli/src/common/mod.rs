@@ -12,5 +12,6 @@ pub mod interrupt;
 pub mod lowrank_cache;
 pub mod options;
 pub mod output;
+pub mod page;
 pub mod pairs;
 pub mod progress;

@@ -4,6 +4,7 @@ use super::files::{digits, flags};
 use super::flip::mean_flip;
 use super::report_plots::{convergence, profile_plot};
 use super::{pictures, trade};
+use crate::common;
 use crate::common::figure::Svg;
 use biscale::error::Result;
 use biscale::formats::svg::png_url;
@@ -11,41 +12,28 @@ use biscale_fit::fit_file::spec::Spec;
 use biscale_fit::photograph::image::Photograph;
 use biscale_fit::run::{Options, Outcome};
 use biscale_fit::verdict::validate::Verdict;
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, PreEscaped, html};
 
-const STYLE: &str = "body{font:15px/1.5 'DejaVu Sans',Verdana,Arial,sans-serif;max-width:62em;margin:2em auto;padding:0 1em;color:#222}\
-table{border-collapse:collapse;margin:.6em 0}td,th{padding:.15em .7em;border-bottom:1px solid #ddd;text-align:left}\
-td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}img{image-rendering:pixelated;max-width:100%}\
+const STYLE: &str = "img{image-rendering:pixelated;max-width:100%}\
 .pass{background:#e3f4e1}.fail{background:#fbe3df}.open{background:#f4efdc}.verdict{padding:.6em 1em;border-radius:6px;font-size:1.1em}\
-.flag{color:#a03010}h2{margin-top:1.6em;border-bottom:1px solid #ccc}small{color:#666}";
+.flag{color:#a03010}";
 
 /// The report.
 pub fn page(spec: &Spec, options: &Options, outcome: &Outcome, compared: &[trade::Line]) -> Result<String> {
     let photographs = photographs(outcome)?;
-    let page = html! {
-        (DOCTYPE)
-        (PreEscaped("<!-- made by biscale fit -->\n"))
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                title { (spec.name) }
-                style { (PreEscaped(STYLE)) }
-            }
-            body {
-                h1 { (spec.name) }
-                (verdict(outcome))
-                (photographs)
-                (validation(outcome))
-                (unknowns(outcome))
-                (close_up(outcome))
-                (search(options, outcome))
-                (optimisers(compared))
-                (notes(outcome))
-                p { small { "biscale fit " (env!("CARGO_PKG_VERSION")) } }
-            }
-        }
+    let body = html! {
+        h1 { (spec.name) }
+        (verdict(outcome))
+        (photographs)
+        (validation(outcome))
+        (unknowns(outcome))
+        (close_up(outcome))
+        (search(options, outcome))
+        (optimisers(compared))
+        (notes(outcome))
+        p { small { "biscale fit " (env!("CARGO_PKG_VERSION")) } }
     };
-    Ok(page.into_string())
+    Ok(common::page::page("made by biscale fit", &spec.name, STYLE, &body))
 }
 
 /// A number in percent with two decimals.

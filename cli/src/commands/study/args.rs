@@ -8,7 +8,7 @@ use std::time::Duration;
 /// Arguments of `biscale study`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Writes study.csv (a line a run), report.md, pareto.svg and .png, placement.svg and .png, and what makes them again. \
+    after_help = "Writes study.csv (a line a run), report.html, pareto.svg and .png, placement.svg and .png, and what makes them again. \
                         A study that was interrupted goes on where it stopped. See docs/study.md."
 )]
 pub struct StudyArgs {

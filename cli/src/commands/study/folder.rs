@@ -16,7 +16,7 @@ pub const STUDY: &str = "study.json";
 /// A line a run.
 pub const CSV: &str = "study.csv";
 /// The report.
-pub const REPORT: &str = "report.md";
+pub const REPORT: &str = "report.html";
 /// The pairs of the list.
 pub const PAIRS: &str = "pairs.csv";
 /// The pairs of the table that are judged.
@@ -294,7 +294,7 @@ mod tests {
         let temporary = tempfile::tempdir().unwrap();
         std::fs::write(temporary.path().join(REPORT), "mine").unwrap();
         let message = Folder::open(temporary.path(), &identity(), &NEW).err().unwrap().to_string();
-        assert!(message.contains("report.md of other origin"), "{message}");
+        assert!(message.contains("report.html of other origin"), "{message}");
         let input = temporary.path().join(PAIRS);
         std::fs::write(&input, "").unwrap();
         let message = Folder::open(temporary.path(), &identity(), &Opening { force: true, inputs: &[Some(&input)], pictures: &[] })

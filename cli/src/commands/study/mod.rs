@@ -13,6 +13,7 @@ mod plan;
 mod points;
 mod record;
 mod report;
+mod report_parts;
 mod runs;
 mod summary;
 
@@ -28,6 +29,7 @@ use folder::{Folder, Opening};
 use pictures::Studio;
 use plan::StudyPlan;
 use record::Records;
+use report::ReportPictures;
 use runs::Runs;
 use summary::StudySummary;
 
@@ -63,18 +65,21 @@ pub fn run(args: &StudyArgs, common: &CommonArgs) -> Result<()> {
     })?;
     folder.remove_cache()?;
     let points = points::points(&plan.ladder, &records.all);
-    folder.write_chart("pareto", &chart::pareto(&plan.material.name, plan.table[0], &points, &truths))?;
-    let placement = chart::placement(&plan.material.name, &points);
-    if let Some(placement) = &placement {
-        folder.write_chart("placement", placement)?;
+    let pictures = ReportPictures {
+        pareto: chart::pareto(&plan.material.name, plan.table[0], &points, &truths),
+        placement: chart::placement(&plan.material.name, &points),
+        ranks: chart::ranks(&plan.material.name, &plan.ladder, &points),
+        rendered,
+    };
+    for (name, chart) in
+        [("pareto", Some(&pictures.pareto)), ("placement", pictures.placement.as_ref()), ("ranks", pictures.ranks.as_ref())]
+    {
+        if let Some(chart) = chart {
+            folder.write_chart(name, chart)?;
+        }
     }
-    let ranks = chart::ranks(&plan.material.name, &plan.ladder, &points);
-    if let Some(ranks) = &ranks {
-        folder.write_chart("ranks", ranks)?;
-    }
-    let study = report::Study { plan: &plan, records: &records.all, truths: &truths };
-    let pictures = report::ReportPictures { placement: placement.is_some(), ranks: ranks.is_some(), rendered };
-    folder.write(folder::REPORT, study.markdown(&points, &pictures).as_bytes())?;
+    let study = report::Study { plan: &plan, records: &records.all, truths: &truths, points: &points };
+    folder.write(folder::REPORT, study.html(&pictures, &folder)?.as_bytes())?;
     let summary = StudySummary::new(&plan, &folder, &points, &truths, records.all.len() - before);
     if common.json {
         return output::print_json(&summary);
