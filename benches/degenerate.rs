@@ -49,7 +49,7 @@ fn one_facet() -> SmallScale {
         grid: None,
         notes: Vec::new(),
     };
-    SmallScale { tile, surfaces: vec![common::whole(common::diffuse())], surface_of_triangle: vec![0] }
+    SmallScale { tile, surfaces: vec![common::whole(common::diffuse())], surface_of_triangle: vec![0], bounces: 0 }
 }
 
 /// Waves of several sizes, as a height field.
@@ -78,7 +78,7 @@ fn large_height_field() -> SmallScale {
         grid: Some(grid),
         notes: Vec::new(),
     };
-    SmallScale { tile, surfaces: vec![common::whole(common::diffuse())], surface_of_triangle: vec![0; count] }
+    SmallScale { tile, surfaces: vec![common::whole(common::diffuse())], surface_of_triangle: vec![0; count], bounces: 0 }
 }
 
 /// A name, a surface, and what is asked of it.

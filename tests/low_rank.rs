@@ -107,7 +107,7 @@ fn what_it_cannot_do_it_declines_and_it_stops_when_asked() {
     let go = AtomicBool::new(false);
     let budget = run(&Quality { method: Method::LowRank, budget: Some(1.0), ..Quality::default() }, &go).unwrap_err();
     assert!(matches!(budget, Error::Unsupported { .. }) && budget.to_string().contains("`method direct`"), "{budget}");
-    let bounces = run(&Quality { method: Method::LowRank, bounces: 2, ..Quality::default() }, &go).unwrap_err();
+    let bounces = run(&Quality { method: Method::LowRank, bounces: Some(2), ..Quality::default() }, &go).unwrap_err();
     assert!(matches!(bounces, Error::BadInput(_)), "{bounces}");
     for quality in [plan(PAPER), improved(0.02)] {
         let stopped = run(&quality, &AtomicBool::new(true)).unwrap_err();

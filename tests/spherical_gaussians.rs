@@ -222,7 +222,7 @@ fn what_it_cannot_do_it_declines_and_it_stops_when_asked() {
     let go = AtomicBool::new(false);
     let budget = run(&Quality { budget: Some(1.0), ..to_tolerance(0.1) }, &go).unwrap_err();
     assert!(matches!(budget, Error::Unsupported { .. }) && budget.to_string().contains("`method direct`"), "{budget}");
-    let bounces = run(&Quality { bounces: 2, ..to_tolerance(0.1) }, &go).unwrap_err();
+    let bounces = run(&Quality { bounces: Some(2), ..to_tolerance(0.1) }, &go).unwrap_err();
     assert!(matches!(bounces, Error::BadInput(_)) && bounces.to_string().contains("`method sg`"), "{bounces}");
     for quality in [plan("sg:paper"), to_tolerance(0.02)] {
         let stopped = run(&quality, &AtomicBool::new(true)).unwrap_err();

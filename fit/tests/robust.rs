@@ -79,6 +79,20 @@ fn from_the_far_corner_of_the_bounds_it_comes_to_the_same_place() {
 }
 
 #[test]
+fn the_fitted_material_says_the_bounces_that_it_was_fitted_with() {
+    let photograph = picture(|_, _, _| {});
+    // The start material says another number, which is of no account.
+    for (of_fit, of_start) in [(2, 0), (1, 5), (0, 5)] {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("other.toml"), format!("bounces = {of_start}\n{GROOVES}")).unwrap();
+        let text = file(|t| format!("bounces = {of_fit}\n{}", t.replace("start.toml", "other.toml").replace("[0.1, 2.0]", "[0.4, 0.6]")));
+        let outcome = try_run(folder.path(), &photograph, text).unwrap();
+        assert_eq!(outcome.material.bounces, of_fit, "{}", outcome.text.text());
+        assert_eq!(outcome.text.text().contains("bounces"), of_fit > 0, "{}", outcome.text.text());
+    }
+}
+
+#[test]
 fn places_that_face_away_from_the_light_hold_the_veil() {
     let light = [0.9, -0.4, 0.2];
     let from_the_side = |t: String| t.replace(&format!("{LIGHT:?}"), &format!("{light:?}"));

@@ -34,7 +34,7 @@ use crate::material::SmallScale;
 /// # Ok::<(), biscale::Error>(())
 /// ```
 pub fn effective(surface: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
-    match quality.method_to_run()? {
+    match quality.method_to_run(surface.bounces)? {
         MethodToRun::PredictedDirect => auto::auto(surface, pairs, quality, control),
         MethodToRun::Direct => direct::direct(surface, pairs, quality, control),
         MethodToRun::Reference => reference::reference(surface, pairs, quality, control),

@@ -228,7 +228,7 @@ mod tests {
     fn plane() -> SmallScale {
         let tile = flat(DVec2::ONE, 0.0);
         let surface = Surface { part: "*".into(), brdf: Brdf::Lambert { albedo: [0.5; 3] }, tint: Tint::Uniform([1.0; 3]), line: 1 };
-        SmallScale { surface_of_triangle: vec![0; tile.triangles.len()], tile, surfaces: vec![surface] }
+        SmallScale { surface_of_triangle: vec![0; tile.triangles.len()], tile, surfaces: vec![surface], bounces: 0 }
     }
 
     /// Pairs of 80 directions.

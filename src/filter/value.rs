@@ -45,6 +45,14 @@ pub struct Summary {
 }
 
 impl Summary {
+    /// Reflections after the first that the values include: those of the plan.
+    pub fn bounces(&self) -> u32 {
+        match &self.plan {
+            Some(Plan::Reference(plan)) => plan.bounces,
+            _ => 0,
+        }
+    }
+
     /// The plan as it is printed; empty for values that no method made.
     pub fn plan_text(&self) -> String {
         self.plan.as_ref().map(ToString::to_string).unwrap_or_default()

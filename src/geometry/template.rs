@@ -13,7 +13,7 @@ pub fn template(kind: &str) -> Option<String> {
     let description = describe(kind)?;
     let mut text = format!(
         "# {}.\n# Lengths are in `unit`, angles in degrees, colours linear RGB (sRGB primaries).\nformat = 1\nname = \"{kind}\"\n\
-         unit = \"mm\"  # nm, um, mm, cm or m\n\n[geometry]\nkind = \"{kind}\"\n\n",
+         unit = \"mm\"  # nm, um, mm, cm or m\n# Reflections after the first that its look includes, 0 to 64 (default 0, direct light only)\n# bounces = 4\n\n[geometry]\nkind = \"{kind}\"\n\n",
         description.help
     );
     for param in description.params {

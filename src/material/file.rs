@@ -1,6 +1,6 @@
 //! Reading a material file.
 
-use super::recipe::{Material, UNITS};
+use super::recipe::{MAX_BOUNCES, Material, UNITS};
 use super::surface::Surface;
 use super::values::MaterialValues;
 use crate::error::Result;
@@ -45,6 +45,7 @@ impl MaterialValues {
         // The micro sign and the Greek letter.
         let micrometre = matches!(top.str("unit")?, Some("\u{b5}m" | "\u{3bc}m"));
         let unit = if micrometre { UNITS[1] } else { UNITS[top.choice("unit", &UNITS.map(|(unit, _)| unit))?.unwrap_or(2)] };
+        let bounces = top.integer("bounces", 0, MAX_BOUNCES)?.unwrap_or(0);
         let Some(table) = top.table("geometry")? else {
             return Err(top.no_table(
                 "geometry",
@@ -59,6 +60,6 @@ impl MaterialValues {
         }
         let surfaces = tables.into_iter().map(Surface::read).collect::<Result<Vec<_>>>()?;
         top.finish()?;
-        Ok(Self { file: source.path.clone(), name, unit, geometry, surfaces })
+        Ok(Self { file: source.path.clone(), name, unit, bounces, geometry, surfaces })
     }
 }

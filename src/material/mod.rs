@@ -9,7 +9,7 @@ mod surface;
 mod values;
 
 pub use crate::image_file::TintImage;
-pub use recipe::{MAX_HEIGHT, Material, UNITS};
+pub use recipe::{MAX_BOUNCES, MAX_HEIGHT, Material, UNITS};
 pub use small_scale::{SmallScale, are_reciprocal};
 pub use surface::{Surface, Tint};
 pub use values::{MaterialValues, NumberKey};

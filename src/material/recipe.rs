@@ -18,6 +18,9 @@ pub const MAX_HEIGHT: f64 = 2000.0;
 /// machine of two cores that others used.
 const SLOW_HEIGHT: f64 = 100.0;
 
+/// Most reflections after the first that a material may ask for. Chosen, not measured: as many as a fit may ask for.
+pub const MAX_BOUNCES: u32 = 64;
+
 /// A material file, read and checked, its geometry not yet built.
 #[derive(Clone, Debug)]
 pub struct Material {
@@ -27,6 +30,8 @@ pub struct Material {
     pub name: String,
     /// Unit of all lengths, one of [`UNITS`].
     pub unit: &'static str,
+    /// Reflections after the first that its look includes, up to [`MAX_BOUNCES`]; 0 is direct light only.
+    pub bounces: u32,
     /// The recipe of the small-scale geometry.
     pub geometry: Geometry,
     /// What covers the parts, in the order of the file.
@@ -86,7 +91,7 @@ impl Material {
         }
         let surface_of_triangle =
             tile.part_of_triangle.iter().map(|&p| surface_of_part[usize::from(p)].expect("every part with triangles is covered")).collect();
-        let covered = SmallScale { tile, surfaces: self.surfaces.clone(), surface_of_triangle };
+        let covered = SmallScale { tile, surfaces: self.surfaces.clone(), surface_of_triangle, bounces: self.bounces };
         for surface in &self.surfaces {
             if matches!(surface.tint, Tint::Image(_)) && covered.tile.uv.is_none() {
                 let bad = BadInput::new("this geometry has no uv coordinates for an image", "write three numbers");

@@ -12,6 +12,8 @@ pub struct SmallScale {
     pub surfaces: Vec<Surface>,
     /// For each triangle of the tile its place in `surfaces`.
     pub surface_of_triangle: Vec<u16>,
+    /// Reflections after the first that its look includes, where [`Quality::bounces`](crate::Quality::bounces) does not say; 0 is direct light only.
+    pub bounces: u32,
 }
 
 impl SmallScale {

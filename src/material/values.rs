@@ -20,6 +20,8 @@ pub struct MaterialValues {
     pub name: String,
     /// Unit of all lengths, one of [`super::recipe::UNITS`], and its size in millimetres.
     pub unit: (&'static str, f64),
+    /// Reflections after the first that its look includes.
+    pub bounces: u32,
     /// The `[geometry]` table.
     pub geometry: GeometryValues,
     /// What covers the parts, in the order of the file.
@@ -110,7 +112,14 @@ impl MaterialValues {
     pub fn material(&self) -> Result<Material> {
         let (unit, unit_mm) = self.unit;
         let geometry = Geometry::of(&self.geometry, unit_mm)?;
-        Ok(Material { file: self.file.clone(), name: self.name.clone(), unit, geometry, surfaces: self.surfaces.clone() })
+        Ok(Material {
+            file: self.file.clone(),
+            name: self.name.clone(),
+            unit,
+            bounces: self.bounces,
+            geometry,
+            surfaces: self.surfaces.clone(),
+        })
     }
 }
 

@@ -117,7 +117,7 @@ pub fn render_lights(scene: &Scene, quality: &Quality, control: &Control<'_>) ->
 
 /// [`render_lights`] with at most this many lights of points held at once.
 pub(super) fn render_in_bands(scene: &Scene, quality: &Quality, control: &Control<'_>, most_lamps: u64) -> Result<Rendered> {
-    check(quality)?;
+    check(scene, quality)?;
     let mut stages = Stages::begin(control);
     let world = World::new(scene, control)?;
     stages.end("gaps");
@@ -151,12 +151,12 @@ pub(super) fn render_in_bands(scene: &Scene, quality: &Quality, control: &Contro
 }
 
 /// Refuses what a picture cannot be made by.
-fn check(quality: &Quality) -> Result<()> {
+fn check(scene: &Scene, quality: &Quality) -> Result<()> {
     if quality.budget.is_some() {
         let (what, remedy) = ("a budget of time for a picture".to_owned(), "set the time by `tolerance`".to_owned());
         return Err(Error::Unsupported { what, remedy });
     }
-    Ok(())
+    scene.materials.iter().try_for_each(|m| quality.method_for(&m.material).map(drop))
 }
 
 /// How long each stage took.

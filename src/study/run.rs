@@ -37,7 +37,7 @@ pub fn run(
 ) -> Result<Effective> {
     match work {
         Work::Effective { method, tolerance, budget, bounces, plan } => {
-            let (tolerance, budget, bounces, plan) = (*tolerance, *budget, *bounces, plan.clone());
+            let (tolerance, budget, bounces, plan) = (*tolerance, *budget, Some(*bounces), plan.clone());
             // To a tolerance: the published variant knows none.
             let variant = Some(Variant::Improved);
             let quality = Quality { method: *method, tolerance, budget, seed, bounces, plan, variant, cache };

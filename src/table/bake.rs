@@ -232,7 +232,7 @@ fn about(recipe: &BakeRecipe<'_>, probes: &Probes, table: &EffectiveTable, error
         method: probes.summary.method.to_owned(),
         plan: probes.summary.plan_text(),
         seed: recipe.quality.seed,
-        bounces: recipe.quality.bounces,
+        bounces: probes.summary.bounces(),
         tolerance: recipe.quality.tolerance,
         facets: probes.summary.facets,
         error,

@@ -91,7 +91,7 @@ impl Groove {
             notes: Vec::new(),
         };
         let surface = Surface { part: "*".into(), brdf: self.brdf.clone(), tint: Tint::Uniform([1.0; 3]), line: 1 };
-        SmallScale { tile, surfaces: vec![surface], surface_of_triangle: vec![0; 4] }
+        SmallScale { tile, surfaces: vec![surface], surface_of_triangle: vec![0; 4], bounces: 0 }
     }
 
     pub fn table(&self, rings: usize) -> EffectiveTable {

@@ -10,7 +10,7 @@ const WHITE: Brdf = Brdf::Lambert { albedo: [1.0, 0.5, 0.0] };
 
 fn covered(tile: Tile, brdf: Brdf) -> SmallScale {
     let surface = Surface { part: "*".into(), brdf, tint: Tint::Uniform([1.0; 3]), line: 1 };
-    SmallScale { surface_of_triangle: vec![0; tile.triangles.len()], tile, surfaces: vec![surface] }
+    SmallScale { surface_of_triangle: vec![0; tile.triangles.len()], tile, surfaces: vec![surface], bounces: 0 }
 }
 
 /// The first `paths` view rays over one period.

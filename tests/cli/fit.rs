@@ -64,7 +64,7 @@ fn a_fit_of_the_models_own_picture_finds_what_it_was_made_of_at_any_thread_count
     assert!(check.status == 0 && check.stdout.contains("geometry.depth"), "{}{}", check.stdout, check.stderr);
     let said = folder.run(["fit", "fit.toml", "-o", "out", "--starts", "3", "--threads", "1"]);
     assert_eq!(said.status, 0, "{}", said.stderr);
-    assert!(said.stderr.contains("PASS") && said.stderr.contains("geometry.depth"), "{}", said.stderr);
+    assert!(said.stdout.starts_with("PASS: training error") && said.stderr.contains("geometry.depth"), "{}", said.stderr);
     let result = json(&folder.path("out/fit.json"));
     assert_eq!(result["verdict"], "pass");
     assert!((value(&result, "geometry.depth") / 0.4 - 1.0).abs() < 0.03, "{result}");
@@ -125,6 +125,52 @@ fn a_held_out_photograph_of_unknown_exposure_is_scaled_and_says_by_how_much() {
             assert!(validation["exposure"].is_null(), "{validation}");
         }
     }
+}
+
+#[test]
+fn quiet_prints_the_verdict_and_why_a_fit_failed() {
+    let folder = folder();
+    let said = folder.run(["fit", "fit.toml", "-o", "out", "--starts", "2", "--quiet"]);
+    assert_eq!(said.status, 0, "{}", said.stderr);
+    assert!(said.stdout.starts_with("PASS: training error") && said.stdout.lines().count() == 1, "{}", said.stdout);
+    assert_eq!(said.stderr, "");
+    // A light three times as bright as it was.
+    let (fitted, held_out) = fit_file().split_once("role = \"validation\"").map(|(a, b)| (a.to_owned(), b.to_owned())).unwrap();
+    folder.write(
+        "bright.toml",
+        format!("{fitted}role = \"validation\"{}", held_out.replacen("irradiance_rgb = 3.0", "irradiance_rgb = 9.0", 1)),
+    );
+    let said = folder.run(["fit", "bright.toml", "-o", "bright", "--starts", "2", "--quiet"]);
+    assert_eq!(said.status, 1, "{}", said.stderr);
+    assert!(said.stdout.starts_with("FAIL: training error") && said.stdout.lines().count() == 1, "{}", said.stdout);
+    assert!(!said.stderr.is_empty() && said.stderr.lines().all(|line| line.starts_with("failure: ")), "{}", said.stderr);
+}
+
+#[test]
+fn a_run_that_begins_anew_keeps_the_evaluations_of_an_earlier_one() {
+    let folder = folder();
+    let run = |starts: &str, more: &[&str]| {
+        let said = folder.run([&["fit", "fit.toml", "-o", "out", "--starts", starts], more].concat());
+        assert_eq!(said.status, 0, "{}", said.stderr);
+        said.stderr
+    };
+    let kept = |number: u32| folder.path(&format!("out/evaluations-{number}.csv"));
+    run("2", &[]);
+    let first = folder.read("out/evaluations.csv");
+    // The same once more: nothing is lost.
+    assert!(!run("2", &[]).contains("evaluations"), "nothing to tell");
+    assert!(folder.read("out/evaluations.csv") == first && !kept(1).exists());
+    let said = run("3", &[]);
+    assert!(said.contains("evaluations-1.csv") && said.contains("--resume"), "{said}");
+    assert_eq!(folder.read("out/evaluations-1.csv"), first);
+    // What is kept goes on, and is never replaced.
+    std::fs::create_dir(folder.path("again")).unwrap();
+    folder.write("again/evaluations.csv", &first);
+    assert_eq!(folder.run(["fit", "fit.toml", "-o", "again", "--starts", "2", "--resume"]).status, 0);
+    run("4", &["--json"]);
+    assert!(kept(2).exists() && folder.read("out/evaluations-1.csv") == first);
+    run("2", &["--force"]);
+    assert!(!kept(3).exists(), "--force keeps none");
 }
 
 /// That two folders hold the same outcome.

@@ -1,5 +1,6 @@
 //! `biscale bake`: the effective BRDF as a whole table.
 
+use crate::common::bounces::Bounces;
 use crate::common::flags::Flags;
 use crate::common::options::{CommonArgs, QualityArgs};
 use crate::common::output::{self, Target};
@@ -63,6 +64,8 @@ pub fn run(args: &BakeArgs, common: &CommonArgs) -> Result<()> {
     let start = Instant::now();
     let source = Source::read(&args.material)?;
     let material = Material::parse(&source)?;
+    quality.method_for(&material)?;
+    let bounces = Bounces::of(&quality, material.bounces);
     let surface = material.build()?;
     let loaded = Instant::now();
     let recipe = BakeRecipe { name: &material.name, material: &source.text, quality, rings: args.resolution.map(usize::from) };
@@ -94,7 +97,7 @@ pub fn run(args: &BakeArgs, common: &CommonArgs) -> Result<()> {
         bake: (baked - loaded).as_secs_f64() * 1e3,
         write: baked.elapsed().as_secs_f64() * 1e3,
     };
-    let summary = Summary::new(&table, milliseconds, args.quality.notes(), &common.flags);
+    let summary = Summary::new(&table, bounces, milliseconds, args.quality.notes(), &common.flags);
     if common.json {
         return output::print_json(&Object { output: &args.output, summary });
     }
@@ -168,6 +171,8 @@ struct Summary<'a> {
     method: &'a str,
     /// What `--plan` takes to repeat the bits.
     plan: &'a str,
+    #[serde(flatten)]
+    bounces: Bounces,
     seed: u64,
     rings: usize,
     directions: usize,
@@ -184,12 +189,13 @@ struct Summary<'a> {
 }
 
 impl<'a> Summary<'a> {
-    fn new(table: &'a EffectiveTable, milliseconds: Milliseconds, notes: Vec<String>, flags: &Flags) -> Self {
+    fn new(table: &'a EffectiveTable, bounces: Bounces, milliseconds: Milliseconds, notes: Vec<String>, flags: &Flags) -> Self {
         let about = &table.about;
         Self {
             material: &about.name,
             method: &about.method,
             plan: &about.plan,
+            bounces,
             seed: about.seed,
             rings: table.grid().rings(),
             directions: table.grid().nodes().len(),
@@ -210,6 +216,9 @@ impl fmt::Display for Summary<'_> {
         let guide = if self.guide_rings > 0 { format!(", guided by {} rings of half vectors", self.guide_rings) } else { String::new() };
         writeln!(f, "{}: {} rings of directions ({}), {} values{guide}", self.material, self.rings, self.directions, self.pairs)?;
         writeln!(f, "method {}, {} facets", self.method, self.facets)?;
+        if self.bounces.is_told() {
+            writeln!(f, "{}", self.bounces)?;
+        }
         let Milliseconds { load, bake, write } = self.milliseconds;
         writeln!(f, "milliseconds: load {load:.1}, bake {bake:.1}, write {write:.1}")?;
         let percent = |e: f64| format!("{:.3} %", e * 100.0);

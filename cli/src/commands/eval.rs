@@ -56,12 +56,14 @@ pub fn run(args: &EvalArgs, common: &CommonArgs) -> Result<()> {
     }
     let start = Instant::now();
     let material = Material::load(&args.material)?;
+    quality.method_for(&material)?;
     let surface = material.build()?;
     let loaded = Instant::now();
     let Pairs { written, pairs } = pairs::load(&args.pairs)?;
     let before = [("load", (loaded - start).as_secs_f64() * 1e3), ("pairs", loaded.elapsed().as_secs_f64() * 1e3)];
+    let advice = args.quality.advice(quality.bounces_of(material.bounces));
     let Effective { values, summary } =
-        progress::with_advice(common, args.quality.advice(), |control| filter::effective(&surface, &pairs, &quality, control))?;
+        progress::with_advice(common, advice, |control| filter::effective(&surface, &pairs, &quality, control))?;
     drop(pairs);
     refuse_not_finite(&values)?;
     let rows = Rows { written: &written, values: &values };

@@ -108,7 +108,11 @@ fn after_draft(wif: &Path, file: &Path) -> Result<String> {
     let draft = read_wif(wif, true)?;
     let quoted = |text: &str| serde_json::Value::from(text).to_string();
     let head = |wif: &str, name: &str| {
-        format!("format = 1\nname = {}\nunit = \"mm\"\n\n[geometry]\nkind = \"weave\"\nwif = {}\n", quoted(name), quoted(wif))
+        format!(
+            "format = 1\nname = {}\nunit = \"mm\"\n# Reflections after the first that its look includes, 0 to 64 (default 0, direct light only)\n# bounces = 4\n\n[geometry]\nkind = \"weave\"\nwif = {}\n",
+            quoted(name),
+            quoted(wif)
+        )
     };
     let name = wif.file_stem().unwrap_or_default().to_string_lossy();
     // Which colours become parts is known once the cloth is made.

@@ -1,5 +1,6 @@
 //! `biscale render`: the large-scale appearance, as an image.
 
+use crate::common::bounces::Bounces;
 use crate::common::filter_summary::Stages;
 use crate::common::options::{self, CommonArgs, QualityArgs};
 use crate::common::output::{self, Target};
@@ -244,6 +245,8 @@ struct Response<'a> {
     material: &'a str,
     method: &'static str,
     plan: &'a str,
+    #[serde(flatten)]
+    bounces: Bounces,
     rings: usize,
     texels: usize,
     lobes: usize,
@@ -254,11 +257,12 @@ struct Response<'a> {
 }
 
 impl<'a> Environment<'a> {
-    fn new(scene: &'a Scene, report: &'a EnvironmentReport) -> Self {
+    fn new(scene: &'a Scene, report: &'a EnvironmentReport, quality: &Quality) -> Self {
         let response = |(material, r): (&'a SceneMaterial, &'a ResponseReport)| Response {
             material: &material.material.name,
             method: r.method,
             plan: &r.plan,
+            bounces: Bounces::of(quality, material.material.bounces),
             rings: r.rings,
             texels: r.side * r.side,
             lobes: r.lobes,
@@ -284,9 +288,10 @@ impl<'a> Environment<'a> {
         let percent = |e: f64| format!("{:.2} %", 100.0 * e);
         let line = |r: &Response<'_>| {
             format!(
-                "{}: {}, response of {} pairs on {} rings and {} texels, {} lobes, relative RMS error {} (values {}, response {})",
+                "{}: {}{}, response of {} pairs on {} rings and {} texels, {} lobes, relative RMS error {} (values {}, response {})",
                 r.material,
                 r.method,
+                r.bounces.after_comma(),
                 r.pairs,
                 r.rings,
                 r.texels,
@@ -324,6 +329,8 @@ struct Material<'a> {
     material: &'a str,
     method: &'static str,
     plan: &'a str,
+    #[serde(flatten)]
+    bounces: Bounces,
     facets: usize,
     rings: usize,
     cells: usize,
@@ -344,6 +351,7 @@ impl<'a> Summary<'a> {
             material: &material.material.name,
             method: made.method,
             plan: &made.plan,
+            bounces: Bounces::of(quality, material.material.bounces),
             facets: made.facets,
             rings: made.rings,
             cells: made.cells,
@@ -370,7 +378,7 @@ impl<'a> Summary<'a> {
             materials: materials.collect(),
             light_sampling: rendered.light_sampling.map(Sampling::from),
             shown: None,
-            environment: rendered.environment.as_ref().map(|report| Environment::new(scene, report)),
+            environment: rendered.environment.as_ref().map(|report| Environment::new(scene, report, quality)),
             notes,
             details: rendered.details.clone(),
             verbose,
@@ -383,10 +391,11 @@ impl<'a> Summary<'a> {
         let line = |m: &Material<'_>| {
             let share = m.full_table_pairs as f64 / m.pairs.max(1) as f64;
             format!(
-                "{}: {}, {} facets, {} pairs on {} rings ({share:.1} times fewer than a full table{}{}), relative RMS error {} (facets {}, \
+                "{}: {}{}, {} facets, {} pairs on {} rings ({share:.1} times fewer than a full table{}{}), relative RMS error {} (facets {}, \
                  interpolation {})",
                 m.material,
                 m.method,
+                m.bounces.after_comma(),
                 m.facets,
                 m.pairs,
                 m.rings,

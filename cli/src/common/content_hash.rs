@@ -13,7 +13,7 @@ fn hash_of(write: impl FnOnce(&mut StableBytes<'_>)) -> String {
     format!("{:016x}", hash.value())
 }
 
-/// A hash of the geometry and of what covers it.
+/// A hash of the geometry, of what covers it, and of how many reflections its look includes.
 pub fn hash_of_surface(small: &SmallScale) -> String {
     let tile = &small.tile;
     hash_of(|out| {
@@ -38,6 +38,10 @@ pub fn hash_of_surface(small: &SmallScale) -> String {
             }
             surface.brdf.write(out);
         });
+        // Files that say nothing of it keep the hashes that they had.
+        if small.bounces > 0 {
+            out.whole(small.bounces.into());
+        }
     })
 }
 

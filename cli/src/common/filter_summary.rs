@@ -1,5 +1,6 @@
 //! What a command that filtered a surface says about it: on standard error, or as part of its JSON.
 
+use super::bounces::Bounces;
 use super::options::CommonArgs;
 use biscale::filter::{self, LowRankFacts, Quality};
 use biscale::material::{Material, SmallScale};
@@ -15,6 +16,8 @@ pub struct FilterSummary<'a> {
     method: &'static str,
     /// What `--plan` takes to repeat the bits.
     plan: String,
+    #[serde(flatten)]
+    bounces: Bounces,
     seed: u64,
     pairs: usize,
     facets: usize,
@@ -83,6 +86,7 @@ impl<'a> FilterSummary<'a> {
             material: &material.name,
             method: summary.method,
             plan: summary.plan_text(),
+            bounces: Bounces::of(quality, material.bounces),
             seed: quality.seed,
             pairs,
             facets: summary.facets,
@@ -114,6 +118,7 @@ impl<'a> FilterSummary<'a> {
             material: &about.name,
             method: "table",
             plan: about.plan.clone(),
+            bounces: Bounces::of_table(about.bounces),
             seed: about.seed,
             pairs,
             facets: about.facets,
@@ -137,6 +142,9 @@ impl fmt::Display for FilterSummary<'_> {
             "{}: method {}, {} facets, {} clusters, {} directions, {} pairs",
             self.material, self.method, self.facets, self.clusters, self.directions, self.pairs
         )?;
+        if self.bounces.is_told() {
+            writeln!(f, "{}", self.bounces)?;
+        }
         writeln!(f, "{}", self.milliseconds)?;
         write!(f, "estimated relative RMS error: {:.3} %", self.relative_rms_error * 100.0)?;
         if !self.plan.is_empty() {

@@ -1,5 +1,6 @@
 //! What the commands share.
 
+pub mod bounces;
 pub mod content_hash;
 pub mod cost;
 pub mod exit;

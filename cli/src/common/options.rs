@@ -53,9 +53,9 @@ pub struct QualityArgs {
     /// Seed of everything random
     #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true)]
     pub seed: u64,
-    /// Reflections after the first; 0 is direct light only
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=1000), allow_negative_numbers = true)]
-    pub bounces: u32,
+    /// Reflections after the first; 0 is direct light only [default: what the material says, or 0]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=1000), allow_negative_numbers = true)]
+    pub bounces: Option<u32>,
     /// Where to compute
     #[arg(long, value_enum, default_value_t = Device::Auto)]
     pub device: Device,
@@ -136,9 +136,11 @@ impl QualityArgs {
         })
     }
 
-    /// How a run that takes long takes less, in half a sentence. Errors fall as the samples to the power of -.75 (`cargo bench --bench accuracy`).
-    pub fn advice(&self) -> &'static str {
+    /// How a run with so many reflections after the first takes less, where it takes long, in half a sentence. Errors fall as the samples to the power of -.75
+    /// (`cargo bench --bench accuracy`).
+    pub fn advice(&self, bounces: u32) -> &'static str {
         match self.method {
+            _ if bounces > 0 => "a looser `--tolerance` takes less, and so does direct light alone, with `--bounces 0`",
             MethodArg::Lowrank => {
                 "the published settings do not depend on the tolerance: `--method direct` does not need them, `biscale cache` keeps them"
             }

@@ -65,7 +65,7 @@ pub fn ribbons(surface: &SmallScale, weave: &Weave, thickness: f64) -> Result<Sm
         })?;
         surface_of_triangle.push(surface.surface_of_triangle[like]);
     }
-    Ok(SmallScale { tile: out, surfaces: surface.surfaces.clone(), surface_of_triangle })
+    Ok(SmallScale { tile: out, surfaces: surface.surfaces.clone(), surface_of_triangle, bounces: surface.bounces })
 }
 
 /// Sweeps an upright rectangle along a centre line.

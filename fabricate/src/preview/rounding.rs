@@ -114,7 +114,7 @@ pub(super) fn on_grid(surface: &SmallScale, heights: &[f64]) -> Result<SmallScal
     }
     out.grid = Some(grid);
     out.uv = tile.uv.as_ref().map(|_| uv);
-    Ok(SmallScale { tile: out, surfaces: surface.surfaces.clone(), surface_of_triangle })
+    Ok(SmallScale { tile: out, surfaces: surface.surfaces.clone(), surface_of_triangle, bounces: surface.bounces })
 }
 
 /// The highest triangle over a point of the period.

@@ -153,6 +153,21 @@ impl MaterialText {
         self.document["name"] = value(name);
     }
 
+    /// Says how many reflections after the first its look includes; 0, which is what a file without the key means, takes the key out.
+    pub fn set_bounces(&mut self, bounces: u32) {
+        match (bounces, self.document.get_mut("bounces")) {
+            (0, _) => {
+                self.document.remove("bounces");
+            }
+            (_, Some(Item::Value(old))) => {
+                let decor = old.decor().clone();
+                *old = i64::from(bounces).into();
+                *old.decor_mut() = decor;
+            }
+            (_, _) => self.document["bounces"] = value(i64::from(bounces)),
+        }
+    }
+
     /// Makes the paths that the file holds relative to another folder.
     pub fn rebase(&mut self, from: &std::path::Path) {
         let absolute = |item: &mut Item| {
@@ -184,6 +199,22 @@ mod tests {
     const TEXT: &str = "format = 1\n[geometry]\nkind = \"grooves\" # V\ndepth = 0.5 # deep\n[[surface]]\npart = \"floor\"\n\
                         brdf = { model = \"lambert\", albedo = 0.5 }\n[[surface]]\npart = \"*\"\ntint = [1, 1, 1]\n\
                         brdf = { model = \"ward\", specular = 0.1, alpha = 0.2 }\n";
+
+    #[test]
+    fn bounces_are_set_changed_and_taken_out() {
+        let text = |head: &str| MaterialText::new(&Source { path: "m.toml".into(), text: format!("{head}{TEXT}") }).unwrap();
+        for (head, bounces, written) in [
+            ("", 4, "format = 1\nbounces = 4\n[geometry]"),
+            ("bounces = 2 # white\n", 4, "bounces = 4 # white\nformat = 1\n[geometry]"),
+            ("bounces = 2 # white\n", 0, "format = 1\n[geometry]"),
+            ("", 0, "format = 1\n[geometry]"),
+        ] {
+            let mut text = text(head);
+            text.set_bounces(bounces);
+            assert!(text.text().starts_with(written), "{}", text.text());
+            assert_eq!(text.material().unwrap().bounces, bounces);
+        }
+    }
 
     #[test]
     fn numbers_change_and_comments_stay() {

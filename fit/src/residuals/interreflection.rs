@@ -124,7 +124,7 @@ fn mean_interreflection(
     control: &Control<'_>,
 ) -> Result<(Vec<[f64; 3]>, Vec<String>)> {
     let tolerance = PARAMS.interreflection_tolerance;
-    let quality = |bounces| Quality { method: Method::Reference, tolerance, seed, bounces, ..Quality::default() };
+    let quality = |bounces| Quality { method: Method::Reference, tolerance, seed, bounces: Some(bounces), ..Quality::default() };
     let whole = effective(small, pairs, &quality(bounces), control)?;
     let direct = effective(small, pairs, &quality(0), control)?;
     let difference = whole.values.iter().zip(&direct.values).map(|(w, d)| std::array::from_fn(|c| (w.s[c] - d.s[c]).max(0.0)));

@@ -221,7 +221,7 @@ pub(crate) mod tests {
             let texels = registered_at(&views(&small, &[pair]), 0.1);
             // Of the blue light of the weave 3 % is interreflection: the reference must err by far less than 3 % of that.
             let of = |bounces| {
-                let quality = Quality { method: Method::Reference, tolerance: 0.0003, bounces, ..Quality::default() };
+                let quality = Quality { method: Method::Reference, tolerance: 0.0003, bounces: Some(bounces), ..Quality::default() };
                 effective(&small, &[pair], &quality, &Control::quiet()).unwrap().values[0].s
             };
             let (whole, direct) = (of(3), of(0));

@@ -261,6 +261,8 @@ fn fitted_text(
     let spec = prepared.spec;
     let mut text = spec.text.clone();
     text.write(&found(spec, model.input.variant, &model.state(point), &model.unknowns, &evaluated.linear));
+    // A search that ended before they were traced explains the photographs by direct light.
+    text.set_bounces(if model.input.interreflection.is_some() { spec.bounces } else { 0 });
     if let (Some(sides), Some(own)) = (model.input.variant.sides, variant::own_sides(&spec.material.geometry)) {
         notes.push(format!("threads of {sides} sides explain the photographs better than the {own} of the start material"));
     }

@@ -52,7 +52,8 @@ pub fn render(
     } else {
         let probes: Vec<(Vec3, Vec3)> =
             lit.iter().step_by(lit.len().div_ceil(PARAMS.probes)).map(|s| (s.wi.as_vec3(), s.wo.as_vec3())).collect();
-        let quality = Quality { tolerance: PARAMS.tolerance, ..Quality::default() };
+        // Whatever the material says: what it reflects more than once is traced by itself.
+        let quality = Quality { tolerance: PARAMS.tolerance, bounces: Some(0), ..Quality::default() };
         let plan = QueryPlan::find(small, opaque, &probes, &quality, control)?;
         let grid = biscale::table::HemisphereGrid::new(plan.rings);
         let keys = touched(&view, &[Some(grid)]).swap_remove(0);

@@ -31,7 +31,7 @@ const RAYS_PER_CHECK: u32 = 1024;
 pub(in crate::filter) fn reference(small: &SmallScale, pairs: &[Pair], quality: &Quality, control: &Control<'_>) -> Result<Effective> {
     let start = (control.clock)();
     let plan = quality.plan.as_ref().map(Plan::as_reference).transpose()?;
-    let bounces = plan.as_ref().map_or(quality.bounces, |plan| plan.bounces);
+    let bounces = quality.bounces_of(small.bounces);
     let query = Query::new(pairs, false);
     let scene = TransportScene::new(small)?;
     control.check()?;

@@ -19,7 +19,7 @@ fn lambert(albedo: f64) -> Brdf {
 
 fn covered(tile: Tile, brdf: Brdf) -> SmallScale {
     let surface = Surface { part: "*".into(), brdf, tint: Tint::Uniform([1.0; 3]), line: 1 };
-    SmallScale { surface_of_triangle: vec![0; tile.triangles.len()], tile, surfaces: vec![surface] }
+    SmallScale { surface_of_triangle: vec![0; tile.triangles.len()], tile, surfaces: vec![surface], bounces: 0 }
 }
 
 fn run_with(small: &SmallScale, pairs: &[Pair], quality: Quality) -> Effective {
@@ -144,7 +144,7 @@ fn a_tolerance_is_kept_and_asks_for_more_rays_where_it_is_tighter() {
 fn the_same_bits_come_from_any_thread_count_and_from_the_plan_that_was_printed() {
     let small = covered(rough(DVec2::new(1.0, 2.0), 6, 0.5, 8), lambert(0.6));
     let pairs = random_pairs(12, 9);
-    let quality = Quality { tolerance: 0.01, seed: 11, bounces: 2, ..Quality::default() };
+    let quality = Quality { tolerance: 0.01, seed: 11, bounces: Some(2), ..Quality::default() };
     let runs: Vec<Effective> = [1, 2, 3]
         .into_iter()
         .map(|threads| {
@@ -288,7 +288,7 @@ fn interreflections_conserve_energy_in_a_white_groove() {
         })
         .collect();
     let integral = |bounces: u32| {
-        let result = run_with(&small, &pairs, Quality { tolerance: 0.02, bounces, ..Quality::default() });
+        let result = run_with(&small, &pairs, Quality { tolerance: 0.02, bounces: Some(bounces), ..Quality::default() });
         let mean = |c: usize| result.values.iter().zip(&pairs).map(|(v, p)| PI * v.fbar[c] / p.wi.z).sum::<f64>() / 256.0;
         [mean(0), mean(1), mean(2)]
     };
@@ -308,7 +308,8 @@ fn light_and_viewer_can_change_places_with_bounces_and_glossy_walls_too() {
     let swapped: Vec<Pair> = pairs.iter().map(|p| Pair { wi: p.wo, wo: p.wi }).collect();
     for bounces in [0, 3] {
         let plan = Some(format!("reference:bounces={bounces}:first=512").parse().unwrap());
-        let run = |pairs: &[Pair]| run_with(&small, pairs, Quality { plan: plan.clone(), bounces, ..Quality::default() }).values;
+        let run =
+            |pairs: &[Pair]| run_with(&small, pairs, Quality { plan: plan.clone(), bounces: Some(bounces), ..Quality::default() }).values;
         for ((value, back), pair) in run(&pairs).iter().zip(&run(&swapped)).zip(&pairs) {
             let (off, se) = ((value.s[0] - back.s[0]).abs(), value.s_se[0].hypot(back.s_se[0]));
             // Two errors of 15 degrees of freedom each: beyond 5 of them lie 2 of 100,000 values.
@@ -323,7 +324,9 @@ fn every_further_bounce_adds_light_by_a_falling_factor() {
     let pair = [Pair { wi: direction(0.2, 1.0), wo: direction(0.4, 2.0) }];
     let light: Vec<f64> = [0, 1, 2, 23]
         .into_iter()
-        .map(|bounces| run_with(&small, &pair, Quality { tolerance: 0.002, bounces, ..Quality::default() }).values[0].fbar[0])
+        .map(|bounces| {
+            run_with(&small, &pair, Quality { tolerance: 0.002, bounces: Some(bounces), ..Quality::default() }).values[0].fbar[0]
+        })
         .collect();
     let (first, second, rest) = (light[1] - light[0], light[2] - light[1], light[3] - light[2]);
     assert!(first > 0.0 && second > 0.0 && second < 0.8 * first, "{light:?}");

@@ -1,7 +1,9 @@
 //! What `biscale check` says of a material file.
 
+use super::would_run::{digits, would_run};
 use biscale::brdf::Brdf;
 use biscale::error::Result;
+use biscale::filter::Quality;
 use biscale::geometry::Tile;
 use biscale::material::{Material, Surface, Tint};
 use biscale::visibility::{PeriodicBvh, Traced};
@@ -76,11 +78,12 @@ const BYTES_OF_UV: usize = 48;
 const BYTES_PER_VERTEX: usize = 24;
 
 impl Report {
-    /// Describes a material; `would_run` is how it would be computed.
+    /// Describes a material, and how it would be computed with this quality.
     ///
     /// # Errors
-    /// Those of its geometry.
-    pub fn of(material: &Material, would_run: &str) -> Result<Self> {
+    /// Those of its geometry; a method that cannot compute what its file asks for.
+    pub fn of(material: &Material, quality: &Quality) -> Result<Self> {
+        let would_run = would_run(quality, material)?;
         let surface = material.build()?;
         let tile = &surface.tile;
         let mut parts: Vec<Part> =
@@ -120,7 +123,7 @@ impl Report {
             seen_from_above: seen_from_above(tile)?,
             parts,
             surfaces,
-            would_run: would_run.to_owned(),
+            would_run,
             memory_bytes: memory(tile),
             notes: tile.notes.clone(),
             warnings,
@@ -193,11 +196,6 @@ fn memory(tile: &Tile) -> usize {
 fn size(bytes: usize) -> String {
     let kib = bytes as f64 / 1024.0;
     if kib < 1024.0 { format!("{:.0} KiB", kib.ceil()) } else { format!("{:.1} MiB", kib / 1024.0) }
-}
-
-/// A number with six significant digits at most.
-pub fn digits(x: f64) -> String {
-    format!("{x:.5e}").parse::<f64>().unwrap_or(x).to_string()
 }
 
 /// Three numbers, or one where they are equal.

@@ -4,6 +4,7 @@ mod fit;
 mod material;
 mod scene;
 mod shoot;
+mod would_run;
 
 use crate::common::exit;
 use crate::common::file_kind::FileKind;
@@ -11,7 +12,7 @@ use crate::common::interrupt;
 use crate::common::options::{CommonArgs, QualityArgs};
 use crate::common::output::{self, Description};
 use biscale::error::{Error, Result};
-use biscale::filter::{Method, MethodToRun, Quality, Variant};
+use biscale::filter::Quality;
 use biscale::material::Material;
 use biscale::render::Scene;
 use biscale::toml_reader::Source;
@@ -38,14 +39,16 @@ pub struct CheckArgs {
 /// # Errors
 /// Only those of the command itself; mistakes in the files are reported, and count in the status.
 pub fn run(args: &CheckArgs, common: &CommonArgs) -> Result<u8> {
-    let would_run = would_run(&args.quality.quality()?)?;
+    let quality = args.quality.quality()?;
+    // Options that contradict each other are no file's mistake.
+    quality.method_to_run(0)?;
     let mut outcomes = Vec::new();
     let mut status = 0;
     for file in &args.files {
         if interrupt::flag().load(Ordering::Relaxed) {
             return Err(Error::Interrupted);
         }
-        let result = AnyReport::of(file, &would_run).map_err(|error| common.flags.in_error(error));
+        let result = AnyReport::of(file, &quality).map_err(|error| common.flags.in_error(error));
         let outcome = Outcome { file: file.display().to_string(), result };
         match &outcome.result {
             Ok(report) if !common.json => output::print(&format!("{}: ok\n{report}", outcome.file))?,
@@ -103,13 +106,13 @@ impl fmt::Display for AnyReport {
 }
 
 impl AnyReport {
-    fn of(file: &Path, would_run: &str) -> Result<Self> {
+    fn of(file: &Path, quality: &Quality) -> Result<Self> {
         let source = Source::read(file)?;
         Ok(match FileKind::of(&source) {
             FileKind::Fit => Self::Fit(Box::new(fit::Report::of(&Spec::parse(&source)?)?)),
             FileKind::Shoot => Self::Shoot(shoot::Report::of(&Shoot::parse(&source)?)),
-            FileKind::Scene => Self::Scene(scene::Report::of(&Scene::parse(&source)?, would_run)),
-            FileKind::Material => Self::Material(Box::new(material::Report::of(&Material::parse(&source)?, would_run)?)),
+            FileKind::Scene => Self::Scene(scene::Report::of(&Scene::parse(&source)?, quality)?),
+            FileKind::Material => Self::Material(Box::new(material::Report::of(&Material::parse(&source)?, quality)?)),
         })
     }
 }
@@ -129,30 +132,4 @@ impl Serialize for Outcome {
         let error = self.result.as_ref().err().map(Description::new);
         Entry { file: &self.file, ok: report.is_some(), report, error }.serialize(serializer)
     }
-}
-
-/// How effective values would be computed, in one line.
-fn would_run(quality: &Quality) -> Result<String> {
-    let method = match quality.method_to_run()? {
-        MethodToRun::PredictedDirect | MethodToRun::Direct => "direct",
-        MethodToRun::LowRank => match quality.variant_of(Method::LowRank) {
-            Variant::Paper => "lowrank",
-            Variant::Improved => "lowrank improved",
-        },
-        MethodToRun::SphericalGaussian => match quality.variant_of(Method::SphericalGaussian) {
-            Variant::Paper => "sg",
-            Variant::Improved => "sg improved",
-        },
-        MethodToRun::Reference => "reference",
-    };
-    let bounces = match quality.bounces {
-        0 => "direct light only".to_owned(),
-        n => format!("{n} reflections after the first"),
-    };
-    let until = match (&quality.plan, quality.budget) {
-        (Some(plan), _) => format!("by the plan {plan}"),
-        (None, Some(seconds)) => format!("for {seconds} s"),
-        (None, None) => format!("to a relative RMS error of {} %", material::digits(quality.tolerance * 100.0)),
-    };
-    Ok(format!("method {method}, {until}, {bounces}, seed {}", quality.seed))
 }

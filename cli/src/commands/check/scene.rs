@@ -1,5 +1,8 @@
 //! What `biscale check` says of a scene file.
 
+use super::would_run::would_run;
+use biscale::error::Result;
+use biscale::filter::Quality;
 use biscale::render::{Blend, LEAST_LIGHTS, Light, MOST_LIGHTS, Object as SceneObject, Projection, Scene, Shape, Tint};
 use serde::Serialize;
 use std::fmt;
@@ -64,6 +67,16 @@ struct Part {
     file: String,
 }
 
+/// How the materials of a scene would be computed: in one line, or in one for each where they ask for different reflections.
+fn of_materials(scene: &Scene, quality: &Quality) -> Result<String> {
+    let each = scene.materials.iter().map(|m| Ok((&m.material.name, would_run(quality, &m.material)?)));
+    let each = each.collect::<Result<Vec<_>>>()?;
+    if each.iter().all(|(_, how)| *how == each[0].1) {
+        return Ok(each.into_iter().next().map(|(_, how)| how).unwrap_or_else(|| "nothing: there is no object".to_owned()));
+    }
+    Ok(each.iter().map(|(name, how)| format!("{name}: {how}")).collect::<Vec<_>>().join("\n"))
+}
+
 /// The keys of the tints that there are.
 fn tints(tint: &Tint) -> Vec<&'static str> {
     let there = [("tint", tint.colour != [1.0; 3]), ("tint_texture", tint.image.is_some()), ("tint_vertex_colors", tint.vertex_colours)];
@@ -87,8 +100,12 @@ fn layers(object: &SceneObject, scene: &Scene) -> Vec<Layer> {
 }
 
 impl Report {
-    /// Describes a scene; `would_run` is how its materials would be computed.
-    pub fn of(scene: &Scene, would_run: &str) -> Self {
+    /// Describes a scene, and how its materials would be computed with this quality.
+    ///
+    /// # Errors
+    /// A method that cannot compute what the file of a material asks for.
+    pub fn of(scene: &Scene, quality: &Quality) -> Result<Self> {
+        let would_run = of_materials(scene, quality)?;
         let objects = scene.objects.iter().map(|object| {
             let names: Vec<Option<String>> = match &object.shape {
                 Shape::Mesh(mesh) => mesh.parts.iter().cloned().map(Some).collect(),
@@ -117,7 +134,7 @@ impl Report {
             }
         });
         let points = scene.lights.iter().filter(|l| matches!(l, Light::Point { .. })).count();
-        Self {
+        Ok(Self {
             kind: "scene",
             name: scene.name.clone(),
             width: scene.camera.width,
@@ -127,8 +144,8 @@ impl Report {
             point_lights: points,
             environment_lights: scene.environment.as_ref().map_or(Some(0), |e| e.lights),
             objects: objects.collect(),
-            would_run: would_run.to_owned(),
-        }
+            would_run,
+        })
     }
 }
 
@@ -158,6 +175,6 @@ impl fmt::Display for Report {
                 writeln!(f, "            {blend}: {material} ({file}){}, mask of {w} x {h} pixels, {projection}{inverted}", tinted(tints))?;
             }
         }
-        writeln!(f, "  render    {}", self.would_run)
+        writeln!(f, "  render    {}", self.would_run.replace('\n', "\n            "))
     }
 }

@@ -9,11 +9,14 @@ use biscale_fit::run::{Options, Outcome};
 use biscale_fit::search::{Entry, Memory, Stage, Trace};
 use biscale_fit::uncertainty::identify::Known;
 use serde_json::{Value, json};
+use std::collections::HashSet;
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Name of the trace.
 pub const EVALUATIONS: &str = "evaluations.csv";
+/// Lines of a trace before its evaluations.
+const HEAD_LINES: usize = 2;
 /// How an output is recognised as made by this command.
 pub const MADE: &str = "made by biscale fit";
 /// First line of a fitted material.
@@ -82,6 +85,38 @@ pub fn read_trace(path: &Path, mark: &str) -> Result<Memory> {
         })
         .collect();
     Ok(Memory::new(entries?))
+}
+
+/// Copies the trace of an earlier run to a name beside it that is free, `evaluations-1.csv`, before a run that does not resume it replaces it. Returns the copy's path;
+/// none where there is no trace, or one without evaluations.
+pub fn keep_earlier(evaluations: &Path) -> Result<Option<PathBuf>> {
+    let text = match std::fs::read(evaluations) {
+        Ok(text) => text,
+        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
+        Err(e) => return Err(Error::reading(evaluations, e)),
+    };
+    if text.split(|b| *b == b'\n').filter(|line| !line.is_empty()).count() <= HEAD_LINES {
+        return Ok(None);
+    }
+    for number in 1_u32.. {
+        let path = evaluations.with_file_name(format!("evaluations-{number}.csv"));
+        let written = std::fs::File::create_new(&path).and_then(|mut file| file.write_all(&text));
+        match written {
+            Ok(()) => return Ok(Some(path)),
+            Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}
+            Err(source) => return Err(Error::Io { action: "write", path, source }),
+        }
+    }
+    unreachable!("a folder holds fewer files")
+}
+
+/// Removes the copy of an earlier trace if all its lines stand in the new one: the run ended before it wrote any, or repeated the earlier one. Returns the copy if it
+/// stays.
+pub fn without_repetition(kept: PathBuf, evaluations: &Path) -> Option<PathBuf> {
+    let (Ok(old), Ok(new)) = (std::fs::read_to_string(&kept), std::fs::read_to_string(evaluations)) else { return Some(kept) };
+    let new: HashSet<&str> = new.lines().collect();
+    // One that cannot be removed stays.
+    if old.lines().all(|line| new.contains(line)) && std::fs::remove_file(&kept).is_ok() { None } else { Some(kept) }
 }
 
 /// One unknown in a line: `geometry.depth = 0.51 +/- 0.02 (4 %)`.

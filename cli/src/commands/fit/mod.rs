@@ -35,8 +35,10 @@ const PATIENCE: u64 = 60;
 /// Arguments of `biscale fit`.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Writes into FOLDER: material.toml, fit.json, report.html, pictures.png and evaluations.csv. Exit status 1 when the fit \
-                        fails its own checks; the files are written all the same. Ctrl-C ends the search with the best so far."
+    after_help = "Writes into FOLDER: material.toml, fit.json, report.html, pictures.png and evaluations.csv; the evaluations of an earlier run \
+                        that is not resumed are kept as evaluations-1.csv. Exit status 1 when the fit fails its own checks; the files are written \
+                        all the same. The verdict is printed, with --quiet nothing else but why a fit failed. Ctrl-C ends the search with the \
+                        best so far."
 )]
 pub struct FitArgs {
     /// Fit file; `biscale new fit` writes one
@@ -65,7 +67,7 @@ pub struct FitArgs {
     /// Seed of everything random
     #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true)]
     seed: u64,
-    /// Replace files that exist and were not made by this command
+    /// Replace files that exist and were not made by this command, and keep no evaluations of an earlier run
     #[arg(long)]
     force: bool,
 }
@@ -162,11 +164,13 @@ pub fn run(args: &FitArgs, common: &CommonArgs) -> Result<u8> {
     let mark = files::mark(&spec, &options);
     let inputs: Vec<&Path> = [&*args.fit, &*spec.material_file].into_iter().chain(spec.photographs.iter().map(|p| &*p.file)).collect();
     let folder = Folder::new(args, &inputs)?;
-    let memory = if args.resume { files::read_trace(&folder.folder.path().join(files::EVALUATIONS), &mark)? } else { Memory::default() };
+    let evaluations = folder.folder.path().join(files::EVALUATIONS);
+    let memory = if args.resume { files::read_trace(&evaluations, &mark)? } else { Memory::default() };
+    let kept = if args.resume || args.force { None } else { files::keep_earlier(&evaluations)? };
     interrupt::be_patient(PATIENCE);
     // What was read until now took its share of the limit.
     options.time_limit = options.time_limit.map(|limit| (limit - begun.elapsed().as_secs_f64()).max(0.0));
-    let (outcome, compared) = progress::with_control(common, |control| {
+    let done = progress::with_control(common, |control| {
         let shown = Mutex::new(Instant::now());
         let better = |better: &Better<'_>| show(better, &shown, &folder, control);
         let kept = Mutex::new(Instant::now());
@@ -175,16 +179,28 @@ pub fn run(args: &FitArgs, common: &CommonArgs) -> Result<u8> {
         folder.write_evaluations(&outcome.trace, &mark)?;
         let compared = if args.compare_optimizers { trade::compare(&spec, &options, control)? } else { Vec::new() };
         Ok((outcome, compared))
-    })?;
+    });
+    let kept = kept.and_then(|kept| files::without_repetition(kept, &evaluations));
+    let (outcome, compared) = done?;
     let seconds = begun.elapsed().as_secs_f64();
     write(&folder, &spec, &options, &outcome, &compared)?;
     if common.json {
         let times: serde_json::Map<String, serde_json::Value> = outcome.seconds.iter().map(|(n, s)| ((*n).to_owned(), json!(s))).collect();
         output::print_json(&json!({
-            "outputs": args.output, "seconds": seconds, "cpu_seconds": cost::cpu_seconds(), "parts": times, "fit": files::summary(&spec, &options, &outcome, &compared),
+            "outputs": args.output, "earlier_evaluations": kept, "seconds": seconds, "cpu_seconds": cost::cpu_seconds(), "parts": times, "fit": files::summary(&spec, &options, &outcome, &compared),
         }))?;
     } else {
-        tell(common, args, &outcome, &compared, seconds);
+        tell(common, args, &outcome, &compared, seconds)?;
+        if let Some(kept) = kept {
+            output::tell(
+                common,
+                &format!(
+                    "note: this run began anew; the evaluations of an earlier one are kept as {}: as evaluations.csv in a folder of its own, with `--resume`, \
+                     they go on",
+                    kept.display()
+                ),
+            );
+        }
     }
     Ok(match outcome.ended_early {
         Some(Early::Interrupted) => interrupt::STATUS,
@@ -235,19 +251,22 @@ fn write(folder: &Folder, spec: &Spec, options: &Options, outcome: &Outcome, com
     folder.report.write(|out| out.write_all(html.as_bytes()))
 }
 
-fn tell(common: &CommonArgs, args: &FitArgs, outcome: &Outcome, compared: &[trade::Line], seconds: f64) {
+/// Prints the verdict, and says the rest; why a fit failed is an error, which `--quiet` does not silence.
+fn tell(common: &CommonArgs, args: &FitArgs, outcome: &Outcome, compared: &[trade::Line], seconds: f64) -> Result<()> {
     let verdict = if outcome.failures.is_empty() { "PASS" } else { "FAIL" };
     let verdict = if outcome.failures.is_empty() && outcome.validations.is_empty() { "not validated" } else { verdict };
     let evaluations = outcome.evaluations;
     let winner = outcome.starts.first();
-    output::tell(
-        common,
-        &format!(
-            "{verdict}: training error {:.2} %, {evaluations} evaluations ({} of the winning start), {seconds:.1} s",
-            100.0 * outcome.training,
-            winner.map_or(0, |s| s.evaluations)
-        ),
-    );
+    let early = match outcome.ended_early {
+        Some(Early::Interrupted) => ", interrupted",
+        Some(Early::TimeLimit) => ", ended by the time limit",
+        None => "",
+    };
+    output::print(&format!(
+        "{verdict}: training error {:.2} %, {evaluations} evaluations ({} of the winning start), {seconds:.1} s{early}\n",
+        100.0 * outcome.training,
+        winner.map_or(0, |s| s.evaluations)
+    ))?;
     for known in &outcome.identified.known {
         output::tell(common, &format!("  {}", files::line(known)));
     }
@@ -269,7 +288,7 @@ fn tell(common: &CommonArgs, args: &FitArgs, outcome: &Outcome, compared: &[trad
         output::tell(common, &line.to_string());
     }
     for failure in &outcome.failures {
-        output::tell(common, &format!("failure: {}", common.flags.in_text(failure)));
+        output::say(&format!("failure: {}", common.flags.in_text(failure)));
     }
     for note in &outcome.notes {
         output::tell(common, &format!("note: {}", common.flags.in_text(note)));
@@ -279,4 +298,5 @@ fn tell(common: &CommonArgs, args: &FitArgs, outcome: &Outcome, compared: &[trad
         output::tell(common, &format!("note: the search ended early, {why}; --resume goes on"));
     }
     output::tell(common, &format!("wrote {}", args.output.display()));
+    Ok(())
 }

@@ -3,6 +3,7 @@
 mod polar;
 mod view;
 
+use crate::common::bounces::Bounces;
 use crate::common::figure;
 use crate::common::options::{CommonArgs, QualityArgs};
 use crate::common::output::{self, MadeFolder, Target};
@@ -76,11 +77,12 @@ pub fn run(args: &PlotArgs, common: &CommonArgs) -> Result<()> {
         return Err(BadInput::new(problem, format!("name at most {MOST_INCIDENCES}")).at_field("incidence").into());
     }
     let slices = Slices { incidences_deg: args.incidence.clone(), azimuth_deg: args.azimuth, quantity: args.quantity };
-    let sources = args.inputs.iter().map(|input| Source::load(input)).collect::<Result<Vec<_>>>()?;
+    let sources = args.inputs.iter().map(|input| Source::load(input, &quality)).collect::<Result<Vec<_>>>()?;
     let with_view = !args.no_view && matches!(sources[..], [Source::Material(..)]);
     let wanted = Wanted { slices, with_view, periods: args.periods };
     let folder = Folder::new(args, with_view)?;
-    let pictures = progress::with_advice(common, args.quality.advice(), |control| pictures(&sources, &wanted, &quality, control))?;
+    let bounces = sources.iter().map(|source| source.bounces(&quality)).max().unwrap_or(0);
+    let pictures = progress::with_advice(common, args.quality.advice(bounces), |control| pictures(&sources, &wanted, &quality, control))?;
     let mut notes = args.quality.notes();
     notes.extend(pictures.notes);
     if matches!(sources[..], [Source::Table(_)]) && !args.no_view {
@@ -121,13 +123,22 @@ enum Source {
 }
 
 impl Source {
-    fn load(path: &Path) -> Result<Self> {
+    fn load(path: &Path, quality: &Quality) -> Result<Self> {
         if is_openexr(path) {
             return Ok(Self::Table(Box::new(EffectiveTable::load(path)?)));
         }
         let material = Material::load(path)?;
+        quality.method_for(&material)?;
         let surface = material.build()?;
         Ok(Self::Material(Box::new(material), Box::new(surface)))
+    }
+
+    /// Reflections after the first that its values have to be computed with; a table has its own.
+    fn bounces(&self, quality: &Quality) -> u32 {
+        match self {
+            Self::Material(material, _) => quality.bounces_of(material.bounces),
+            Self::Table(_) => 0,
+        }
     }
 }
 
@@ -155,7 +166,9 @@ fn plotted(source: &Source, slices: &Slices, quality: &Quality, control: &Contro
         Source::Material(material, surface) => {
             let filter::Effective { values, summary } = filter::effective(surface, &pairs, quality, control)?;
             let rms = percent(summary.relative_rms);
-            let made = format!("method {}, {} facets, relative RMS error {rms}, seed {}", summary.method, summary.facets, quality.seed);
+            let bounces = Bounces::of(quality, material.bounces).after_comma();
+            let made =
+                format!("method {}, {} facets{bounces}, relative RMS error {rms}, seed {}", summary.method, summary.facets, quality.seed);
             let notes = surface.tile.notes.iter().cloned().chain(summary.notes).collect();
             (&material.name, values, made, summary.relative_rms, notes)
         }
@@ -163,9 +176,10 @@ fn plotted(source: &Source, slices: &Slices, quality: &Quality, control: &Contro
             let about = &table.about;
             let values = pairs.par_iter().map(|p| table.eval(p.wi, p.wo)).collect();
             let made = format!(
-                "baked table of {} rings, {} facets, relative RMS error between the nodes {}, seed {}",
+                "baked table of {} rings, {} facets{}, relative RMS error between the nodes {}, seed {}",
                 table.grid().rings(),
                 about.facets,
+                Bounces::of_table(about.bounces).after_comma(),
                 percent(about.error.relative_rms),
                 about.seed
             );

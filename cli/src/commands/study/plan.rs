@@ -89,6 +89,14 @@ impl StudyPlan {
         })
     }
 
+    /// What is to be said of a material that says `bounces`.
+    pub fn direct_light(&self) -> String {
+        format!(
+            "direct light only; the `bounces = {}` of the material are left aside, since most methods know no others",
+            self.small.bounces
+        )
+    }
+
     /// What makes two studies comparable.
     pub fn identity(&self) -> StudyIdentity {
         StudyIdentity {

@@ -88,6 +88,7 @@ impl Study<'_> {
             }
             ul {
                 li { "surface: " (plan.small.tile.triangles.len()) " triangles, " (plan.small.surfaces.len()) " surfaces" }
+                @if plan.small.bounces > 0 { li { "light: " (plan.direct_light()) } }
                 @for (asked, question) in &plan.asked {
                     li {
                         @match asked {

@@ -13,6 +13,9 @@ use std::path::PathBuf;
 #[derive(Debug, Serialize)]
 pub struct StudySummary<'a> {
     material: &'a str,
+    /// What light is studied, where the material asks for more.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    light: Option<String>,
     files: Vec<PathBuf>,
     /// Runs that were made now, and those that are not done: cannot be done, failed, took too long.
     runs_made: usize,
@@ -50,6 +53,7 @@ impl<'a> StudySummary<'a> {
         }
         Self {
             material: &plan.material.name,
+            light: (plan.small.bounces > 0).then(|| plan.direct_light()),
             files: folder.written(),
             runs_made,
             settings: points.len(),
@@ -67,6 +71,9 @@ impl fmt::Display for StudySummary<'_> {
             "{}: {} settings, {} of them not done; {} runs made now",
             self.material, self.settings, self.settings_not_done, self.runs_made
         )?;
+        if let Some(light) = &self.light {
+            writeln!(f, "{light}")?;
+        }
         for (name, error) in &self.truth_error {
             writeln!(f, "truth of the {name}: relative RMS error {:.3} %", 100.0 * error)?;
         }
