@@ -66,14 +66,18 @@ def turned(mesh, profile, segments=64, flat_uv=False):
     mesh.grid(len(profile), segments, place, wrap=True, uv=(lambda i, j: place(i, j)[:2]) if flat_uv else None)
 
 
+def rim(centre, radius, steps=8):
+    """The profile of a round edge, from outside over the top; as fine as this, it casts no shadows of its corners on itself."""
+    return [(centre[0] + radius * math.cos(a), centre[1] + radius * math.sin(a)) for a in (math.pi * k / steps for k in range(steps + 1))]
+
+
 def cup(path):
     mesh = Mesh("A cup with a handle")
     mesh.part("cup")
     foot = [(0, 0), (0.45, 0), (0.5, 0.03)]
-    wall = curve([(0.5, 0.03), (0.56, 0.2), (0.66, 0.6), (0.72, 1.1), (0.74, 1.3)], 10)
-    rim = [(0.735, 1.325), (0.72, 1.335), (0.705, 1.325)]
-    inside = [(0.69, 1.28), (0.67, 1.1), (0.61, 0.6), (0.5, 0.2), (0.4, 0.08), (0, 0.06)]
-    turned(mesh, foot + wall[1:] + rim + inside)
+    wall = curve([(0.5, 0.03), (0.56, 0.2), (0.66, 0.6), (0.72, 1.1), (0.74, 1.3)], 5)
+    inside = curve([(0.696, 1.3), (0.67, 1.1), (0.61, 0.6), (0.5, 0.2), (0.4, 0.08), (0, 0.06)], 4)
+    turned(mesh, foot + wall[1:-1] + rim((0.718, 1.31), 0.022) + inside, segments=128)
     mesh.part("handle")
     line = curve([(0.66, 1.08), (0.92, 1.16), (1.1, 0.95), (1.08, 0.62), (0.88, 0.4), (0.6, 0.38)], 8)
 
@@ -92,8 +96,8 @@ def vase(path):
     mesh = Mesh("A vase")
     mesh.part("vase")
     outside = [(0.35, 0), (0.42, 0.05), (0.62, 0.4), (0.78, 0.9), (0.66, 1.45), (0.36, 1.85), (0.28, 2.1), (0.36, 2.3)]
-    inside = [(0.345, 2.32), (0.33, 2.3), (0.24, 2.1), (0.2, 1.9), (0, 1.8)]
-    turned(mesh, [(0, 0)] + curve(outside, 12) + inside)
+    inside = curve([(0.329, 2.3), (0.25, 2.1), (0.2, 1.9), (0, 1.8)], 4)
+    turned(mesh, [(0, 0)] + curve(outside, 6)[:-1] + rim((0.345, 2.305), 0.016) + inside, segments=128)
     mesh.write(path)
 
 
@@ -120,6 +124,15 @@ def skirt(path):
 
     # Rows run downwards here, columns counter-clockwise: turned round so that the outside is out.
     mesh.grid(rows, columns, lambda i, j: place(rows - 1 - i, j), wrap=True)
+    mesh.write(path)
+
+
+def plinth(path):
+    mesh = Mesh("A low round plinth, its top at z = 0")
+    mesh.part("plinth")
+    radius, rounding = 1.5, 0.05
+    edge = [(radius - rounding + rounding * math.cos(a), rounding * (math.sin(a) - 1)) for a in (math.pi * k / 16 for k in range(9))]
+    turned(mesh, [(0, -0.3), (radius, -0.3)] + edge + [(0, 0)], segments=96)
     mesh.write(path)
 
 
@@ -311,6 +324,7 @@ if __name__ == "__main__":
     folder = sys.argv[1]
     for make in cup, vase, plate, skirt, pillow, logo:
         make(f"{folder}/scenes/{make.__name__}.obj")
+    plinth(f"{folder}/scenes/gallery/plinth.obj")
     emblem(f"{folder}/scenes/emblem.png")
     chess(f"{folder}/scenes/chess")
     heights(f"{folder}/figures")

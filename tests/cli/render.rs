@@ -197,7 +197,7 @@ fn check_and_new_know_scenes() {
 
 #[test]
 fn the_sample_scenes_and_figures_are_good() {
-    for (name, least) in [("samples/scenes", 9), ("samples/scenes/chess", 4), ("samples/figures", 21)] {
+    for (name, least) in [("samples/scenes", 9), ("samples/scenes/chess", 4), ("samples/scenes/gallery", 9), ("samples/figures", 21)] {
         let entries = std::fs::read_dir(project(name)).unwrap().map(|e| e.unwrap().path());
         let files: Vec<_> = entries.filter(|p| p.extension().is_some_and(|e| e == "toml")).collect();
         assert!(files.len() >= least, "{} files in {name}", files.len());

@@ -1,7 +1,9 @@
 //! Photographs beside the fitted material and their difference, as PNG.
 
+use crate::common::figure::{Anchor, Svg};
 use crate::common::output;
 use biscale::error::Result;
+use biscale::numerics::cast::truncate_usize;
 use biscale::numerics::colour::{byte, linear_to_srgb, srgb_byte};
 use biscale::numerics::statistics::rank;
 use biscale::render::colour_code;
@@ -10,6 +12,9 @@ use biscale_fit::run::Outcome;
 
 /// Pixels between two panels.
 const GAP: usize = 4;
+/// Height of the names above the panels, and the width of a letter in them, about, pixels.
+const NAMES: usize = 20;
+const LETTER_WIDTH: f64 = 8.0;
 /// What is white in the panels: this share of all values lies below.
 const WHITE: f64 = 0.995;
 /// The factor of differences.
@@ -23,17 +28,22 @@ pub fn of(outcome: &Outcome) -> Vec<(&Photograph, &[[f32; 3]])> {
     all.map(|c| (&c.photograph, &c.picture.rgb[..])).collect()
 }
 
-/// One row a photograph: photograph, picture, difference. All with the same exposure.
+/// One row a photograph: photograph, picture, difference, each with its name above. All with the same exposure.
 pub fn panels(rows: &[(&Photograph, &[[f32; 3]])]) -> Result<Vec<u8>> {
     let mut values: Vec<f32> = rows.iter().flat_map(|(p, _)| p.image.rgb.iter().flatten().copied().filter(|v| v.is_finite())).collect();
     let white = rank(&mut values, WHITE).map_or(1.0, |v| f64::from(v).max(1e-12));
     let zoom = |p: &Photograph| LEAST_WIDTH.div_ceil(p.image.width as usize).clamp(1, 8);
     let width = rows.iter().map(|(p, _)| 3 * zoom(p) * p.image.width as usize + 2 * GAP).max().unwrap_or(1);
-    let height = rows.iter().map(|(p, _)| zoom(p) * p.image.height as usize + GAP).sum::<usize>().saturating_sub(GAP).max(1);
+    let height = rows.iter().map(|(p, _)| zoom(p) * p.image.height as usize + NAMES + GAP).sum::<usize>().saturating_sub(GAP).max(1);
     let mut pixels = vec![255_u8; 3 * width * height];
     let mut top = 0;
     for (photograph, rgb) in rows {
         let (w, h, zoom) = (photograph.image.width as usize, photograph.image.height as usize, zoom(photograph));
+        let strip = names(photograph, 3 * zoom * w + 2 * GAP, zoom * w + GAP)?;
+        for (row, of_strip) in pixels[3 * top * width..].chunks_exact_mut(3 * width).zip(strip.chunks_exact(3 * (3 * zoom * w + 2 * GAP))) {
+            row[..of_strip.len()].copy_from_slice(of_strip);
+        }
+        top += NAMES;
         for y in 0..h {
             for x in 0..w {
                 let (a, b) = (photograph.image.rgb[y * w + x], rgb[y * w + x]);
@@ -53,6 +63,19 @@ pub fn panels(rows: &[(&Photograph, &[[f32; 3]])]) -> Result<Vec<u8>> {
     let side = |s: usize| u32::try_from(s).expect("photographs are limited");
     let comment = format!("photograph | fitted material | difference times {FACTOR}");
     output::png::encode([side(width), side(height)], &pixels, false, "made by biscale fit", &comment)
+}
+
+/// The names of the panels of a photograph, `width` pixels wide and [`NAMES`] high; panels begin every `step` pixels.
+fn names(photograph: &Photograph, width: usize, step: usize) -> Result<Vec<u8>> {
+    let file = photograph.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let mut svg = Svg::new(width as f64, NAMES as f64);
+    for (panel, name) in [file, "fitted material".to_owned(), format!("difference times {FACTOR}")].iter().enumerate() {
+        // A long name ends with its panel.
+        let letters = truncate_usize(step as f64 / LETTER_WIDTH);
+        let name: String = name.chars().take(letters).collect();
+        svg.text([(panel * step + 2) as f64, NAMES as f64 - 6.0], 13.0, Anchor::Start, "#222222", &name);
+    }
+    Ok(svg.rasterise(1.0, None)?.pixels().iter().flat_map(|p| [p.red(), p.green(), p.blue()]).collect())
 }
 
 /// What is left out is grey.

@@ -1,5 +1,6 @@
 //! `biscale plot`: pictures of a material or of a baked table.
 
+mod bodies;
 mod polar;
 mod view;
 

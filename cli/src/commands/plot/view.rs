@@ -1,13 +1,15 @@
 //! A view of the small-scale surface: a block of several periods, cut out and seen at an angle, so that its parts and its shape
-//! can be told. Where the cut goes through something solid its section shows grey.
+//! can be told. Where the cut goes through something solid its section shows grey; what stands by itself outside and leans in is left out.
 //!
 //! The camera is orthographic: lengths across the picture are true, and a scale bar holds everywhere. Each pixel's colour is that
 //! of what covers the surface (its reflectance for light from above) under a light from the left, with its shadows, and a
 //! weaker headlight, so that nothing is black but the back of a face.
 
+use super::bodies::Bodies;
 use crate::common::figure::{Anchor, Svg, stroke};
 use biscale::error::Result;
 use biscale::filter::Control;
+use biscale::geometry::Tile;
 use biscale::material::{Material, SmallScale, Tint};
 use biscale::numerics::colour::srgb_byte;
 use biscale::visibility::{Hit, Occlusion, PeriodicBvh};
@@ -132,6 +134,7 @@ fn colours(surface: &SmallScale) -> Vec<[f64; 3]> {
 /// Those of [`PeriodicBvh::new`], and interruption.
 pub fn view(material: &Material, surface: &SmallScale, count: Option<u32>, control: &Control<'_>) -> Result<View> {
     let bvh = PeriodicBvh::new(&surface.tile)?;
+    let bodies = Bodies::new(&surface.tile);
     let scene = Scene::new(surface, count.unwrap_or_else(|| periods(surface.tile.triangles.len())));
     let colours = colours(surface);
     let (width, height) = (usize::from(WIDTH * SCALE), usize::from(HEIGHT * SCALE));
@@ -139,7 +142,13 @@ pub fn view(material: &Material, surface: &SmallScale, count: Option<u32>, contr
     let eye = scene.middle - scene.forward * 2.0 * (scene.width + scene.high.z - scene.low.z);
     let seen = |x: f64, y: f64| {
         let origin = eye + scene.right * (x - 0.5 * width as f64) * pixel + scene.up * (0.5 * height as f64 - y) * pixel;
-        shade(surface, &bvh, &scene, &colours, origin)
+        shade(
+            surface,
+            &Shown { bvh: &bvh, bodies: &bodies, tile: &surface.tile, block: [scene.low, scene.high].map(DVec3::truncate) },
+            &scene,
+            &colours,
+            origin,
+        )
     };
     let done = AtomicUsize::new(0);
     let rows: Vec<Vec<u8>> = (0..height)
@@ -170,14 +179,17 @@ pub fn view(material: &Material, surface: &SmallScale, count: Option<u32>, contr
 }
 
 /// Colour along the ray from `origin`, linear.
-fn shade(surface: &SmallScale, bvh: &PeriodicBvh, scene: &Scene, colours: &[[f64; 3]], origin: DVec3) -> [f64; 3] {
+fn shade(surface: &SmallScale, shown: &Shown<'_>, scene: &Scene, colours: &[[f64; 3]], origin: DVec3) -> [f64; 3] {
     let Some((entry, axis, length)) = scene.enter(origin) else { return BACKGROUND };
     let behind = BEHIND_CUT * scene.width;
     let start = entry + scene.forward * behind;
-    if axis < 2 && is_inside(bvh, start) {
+    if axis < 2 && shown.is_inside(start) {
         return SECTIONS[axis];
     }
-    let Some(hit) = bvh.closest(start, scene.forward, None).filter(|hit| hit.distance + behind <= length) else { return BACKGROUND };
+    let Some((hit, position)) = shown.closest(start, scene.forward, None) else { return BACKGROUND };
+    if position.distance(start) + behind > length {
+        return BACKGROUND;
+    }
     if !hit.front {
         return BACK;
     }
@@ -185,7 +197,7 @@ fn shade(surface: &SmallScale, bvh: &PeriodicBvh, scene: &Scene, colours: &[[f64
     let [a, b, c] = surface.tile.corners(triangle);
     let normal = (b - a).cross(c - a).normalize_or_zero();
     let cosine = normal.dot(scene.light).max(0.0);
-    let lit = cosine > 0.0 && bvh.occluded(triangle, hit.position, scene.light) != Occlusion::Blocked;
+    let lit = cosine > 0.0 && shown.bvh.occluded(triangle, hit.position, scene.light) != Occlusion::Blocked;
     let light = AMBIENT + HEAD * normal.dot(-scene.forward).max(0.0) + if lit { SIDE * cosine } else { 0.0 };
     let covered = usize::from(surface.surface_of_triangle[triangle]);
     let tint = match &surface.surfaces[covered].tint {
@@ -195,18 +207,45 @@ fn shade(surface: &SmallScale, bvh: &PeriodicBvh, scene: &Scene, colours: &[[f64
     std::array::from_fn(|c| colours[covered][c] * tint[c] * light)
 }
 
-/// Whether a point lies inside of something solid: the way up leaves more often, through backs of faces, than it enters.
-fn is_inside(bvh: &PeriodicBvh, point: DVec3) -> bool {
-    /// Faces above each other that are looked at.
+/// The surface as the block shows it.
+struct Shown<'a> {
+    bvh: &'a PeriodicBvh,
+    bodies: &'a Bodies,
+    tile: &'a Tile,
+    block: [DVec2; 2],
+}
+
+impl Shown<'_> {
+    /// Faces behind or above each other that are looked at.
     const MOST: usize = 64;
-    let mut balance = 0;
-    let mut hit = bvh.closest(point, DVec3::Z, None);
-    for _ in 0..MOST {
-        let Some(face) = hit else { break };
-        balance += if face.front { -1 } else { 1 };
-        hit = bvh.closest(face.position, DVec3::Z, Some(face.triangle));
+
+    /// The first hit of a ray with what stands in the block, if there is one, and where that is; the hit has its position in one period.
+    fn closest(&self, origin: DVec3, direction: DVec3, skip_triangle: Option<u32>) -> Option<(Hit, DVec3)> {
+        let (mut from, mut skip) = (origin, skip_triangle);
+        for _ in 0..Self::MOST {
+            let hit = self.bvh.closest(from, direction, skip)?;
+            let position = from + hit.distance * direction;
+            let triangle = hit.triangle as usize;
+            let [a, b, c] = self.tile.corners(triangle);
+            if self.bodies.stands_in(triangle, (a + b + c) / 3.0, position, self.block) {
+                return Some((hit, position));
+            }
+            (from, skip) = (position, Some(hit.triangle));
+        }
+        None
     }
-    balance > 0
+
+    /// Whether a point lies inside of something solid: the way up leaves more often, through backs of faces, than it enters.
+    fn is_inside(&self, point: DVec3) -> bool {
+        let mut balance = 0;
+        let mut hit = self.closest(point, DVec3::Z, None);
+        for _ in 0..Self::MOST {
+            let Some((face, position)) = hit else { break };
+            balance += if face.front { -1 } else { 1 };
+            hit = self.closest(position, DVec3::Z, Some(face.triangle));
+        }
+        balance > 0
+    }
 }
 
 /// Texture coordinates of a hit.
