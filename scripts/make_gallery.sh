@@ -22,8 +22,9 @@ picture() { # NAME ARGUMENTS...: one picture, and what it says of itself
 
 trap 'rm -f "$folder"/*.part' EXIT
 : >"$folder/render.txt"
-for scene in ball logo emblem chess chess-measured; do picture $scene samples/scenes/$scene.toml; done
-figure() { picture "fig$2" "samples/scenes/$1.toml" --material "samples/figures/fig$2.toml"; }
+for scene in ball emblem chess chess-measured; do picture $scene samples/scenes/gallery/$scene.toml; done
+picture logo samples/scenes/logo.toml
+figure() { picture "fig$2" "samples/scenes/gallery/$1.toml" --material "samples/figures/fig$2.toml"; }
 for f in 1b 1c 1d 1e 8a 8b 8c 8d; do figure vase $f; done
 for f in 4a 4b 4c; do figure cup $f; done
 for f in 5a 5b 5c 5d; do figure plate $f; done

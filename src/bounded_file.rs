@@ -10,10 +10,13 @@ pub const MAX_DATA_BYTES: u64 = 1 << 30;
 /// Most bytes of a text that people write, a material or a draft: 64 MiB.
 pub const MAX_TEXT_BYTES: u64 = 64 << 20;
 
+/// How a text begins that stands for a large file where a repository was copied without its Git LFS.
+const LFS_POINTER: &[u8] = b"version https://git-lfs.github.com/spec/";
+
 /// The bytes of a file of at most `limit` bytes; `remedy` says what a longer one should have been.
 ///
 /// # Errors
-/// [`Error::BadInput`] for a longer or a missing file, [`Error::Io`].
+/// [`Error::BadInput`] for a longer or a missing file, or one that only points to another, [`Error::Io`].
 pub fn read_bounded(path: &Path, limit: u64, remedy: &str) -> Result<Vec<u8>> {
     let file = File::open(path).map_err(|e| Error::reading(path, e))?;
     let length = file.metadata().map_err(|e| Error::reading(path, e))?.len();
@@ -33,6 +36,10 @@ pub fn read_stream(input: impl Read, name: &Path, limit: u64, remedy: &str) -> R
     input.take(limit + 1).read_to_end(&mut bytes).map_err(|e| Error::reading(name, e))?;
     if bytes.len() as u64 > limit {
         return Err(too_long(format!("over {limit}"), limit, remedy).in_file(name).into());
+    }
+    if bytes.starts_with(LFS_POINTER) {
+        let problem = "the file itself is not here: this is a pointer of Git LFS to it";
+        return Err(BadInput::new(problem, "fetch it with `git lfs pull`").in_file(name).into());
     }
     Ok(bytes)
 }
@@ -56,5 +63,8 @@ mod tests {
         let endless = read_stream(std::io::repeat(0), Path::new("zeros"), 1000, "name another").unwrap_err().to_string();
         assert!(endless.contains("zeros: the file has over 1000 bytes"), "{endless}");
         assert!(read_bounded(&folder.path().join("none"), 6, "").is_err());
+        std::fs::write(&path, b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 12345\n").unwrap();
+        let message = read_bounded(&path, 1000, "").unwrap_err().to_string();
+        assert!(message.contains("seven: the file itself is not here") && message.contains("git lfs pull"), "{message}");
     }
 }

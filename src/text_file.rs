@@ -6,7 +6,7 @@
 use encoding_rs::{Encoding, UTF_16BE, UTF_16LE, WINDOWS_1252};
 use std::borrow::Cow;
 
-/// The text of a file, without a byte-order mark and with `\n` at the ends of lines, which keep their numbers.
+/// The text of a file, without byte-order marks (files that were put together have some within) and with `\n` at the ends of lines, which keep their numbers.
 ///
 /// UTF-16 is known by its mark, or by zeros at every second byte; what is neither that nor UTF-8 is Windows-1252, in which each byte is a character: names that
 /// differ stay different.
@@ -15,6 +15,7 @@ use std::borrow::Cow;
 /// use biscale::text_file::decode;
 ///
 /// assert_eq!(decode(b"\xef\xbb\xbfv 0 0 0\r\nf 1\r"), "v 0 0 0\nf 1\n");
+/// assert_eq!(decode(b"ply\n\xef\xbb\xbf0 0 0\n"), "ply\n0 0 0\n");
 /// assert_eq!(decode(b"caf\xe9"), "café");
 /// ```
 pub fn decode(bytes: &[u8]) -> Cow<'_, str> {
@@ -26,6 +27,7 @@ pub fn decode(bytes: &[u8]) -> Cow<'_, str> {
             std::str::from_utf8(bytes).map_or_else(|_| WINDOWS_1252.decode_without_bom_handling(bytes).0, Cow::Borrowed)
         }
     };
+    let text = if text.contains('\u{feff}') { Cow::Owned(text.replace('\u{feff}', "")) } else { text };
     if text.contains('\r') { Cow::Owned(text.replace("\r\n", "\n").replace('\r', "\n")) } else { text }
 }
 

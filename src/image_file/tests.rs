@@ -162,6 +162,47 @@ fn tiffs_of_bits_that_fill_no_byte_are_taken_apart() {
 }
 
 #[test]
+fn tiffs_of_odd_bits_may_have_differences_alpha_planes_and_palettes() {
+    for bits in [5_u16, 12, 14, 24] {
+        let largest = (1_u32 << bits) - 1;
+        let share = |v: u32| (f64::from(v) / f64::from(largest)) as f32;
+        let read = |size, shorts: &[(u16, &[u16])], rows: &[&[u32]]| {
+            parse(Path::new("a.tif"), &made_tiff(size, shorts, None, &rows_of_bits(rows, bits.into()))).unwrap()
+        };
+        let difference = |a: u32, b: u32| a.wrapping_sub(b) & largest;
+        // Differences begin anew with each row; that of 1 after the largest is 2.
+        let rows: [&[u32]; 2] = [&[7, difference(largest, 7), 2], &[1, 0, difference(0, 1)]];
+        let raster = read([3, 2], &[(258, &[bits]), (259, &[1]), (262, &[1]), (277, &[1]), (317, &[2])], &rows);
+        assert_eq!(raster.channels, [[7, largest, 1, 1, 1, 0].map(share).to_vec()], "{bits} bits, differences");
+        // Differences of colours, and alpha.
+        let colours: [&[u32]; 1] = [&[3, 4, 5, largest, difference(1, 3), 0, difference(4, 5), difference(9, largest)]];
+        let shorts: [(u16, &[u16]); 6] = [(258, &[bits; 4]), (259, &[1]), (262, &[2]), (277, &[4]), (317, &[2]), (338, &[2])];
+        let raster = read([2, 1], &shorts, &colours);
+        assert_eq!(raster.channels, [[3, 1], [4, 4], [5, 4]].map(|c| c.map(share).to_vec()), "{bits} bits, colours with alpha");
+        assert_eq!(raster.alpha, Some([largest, 9].map(share).to_vec()));
+        let raster = read([2, 1], &[(258, &[bits; 2]), (259, &[1]), (262, &[1]), (277, &[2]), (338, &[1])], &[&[1, 2, 3, 4]]);
+        assert_eq!((raster.channels, raster.alpha), (vec![[1, 3].map(share).to_vec()], Some([2, 4].map(share).to_vec())));
+        // One channel after the other, each of two rows.
+        let planes: [&[u32]; 6] = [&[1, 2], &[3, 4], &[5, 6], &[7, 8], &[9, 10], &[11, 12]];
+        let bytes = 2 * (2 * bits).div_ceil(8);
+        let (places, sizes) = ([0, 1, 2].map(|plane| 8 + plane * bytes), [bytes; 3]);
+        let strips: [(u16, &[u16]); 7] =
+            [(258, &[bits; 3]), (259, &[1]), (262, &[2]), (273, &places), (277, &[3]), (279, &sizes), (284, &[2])];
+        let raster = read([2, 2], &strips, &planes);
+        assert_eq!(raster.channels, [[1, 2, 3, 4], [5, 6, 7, 8], [9, 10, 11, 12]].map(|c| c.map(share).to_vec()), "{bits} bits, planes");
+    }
+    let mut colours = vec![0_u16; 3 << 10];
+    (colours[1000], colours[(1 << 10) + 1000], colours[(2 << 10) + 3]) = (65_535, 32_768, 65_535);
+    let shorts: [(u16, &[u16]); 5] = [(258, &[10]), (259, &[1]), (262, &[3]), (277, &[1]), (320, &colours)];
+    let raster = parse(Path::new("a.tif"), &made_tiff([2, 1], &shorts, None, &rows_of_bits(&[&[1000, 3]], 10))).unwrap();
+    assert_eq!(raster.channels, [vec![1.0, 0.0], vec![32_768.0 / 65_535.0, 0.0], vec![0.0, 1.0]]);
+    // Channels of which none is said to be a colour or alpha.
+    let shorts: [(u16, &[u16]); 6] = [(258, &[16, 16]), (259, &[1]), (262, &[1]), (277, &[2]), (338, &[0]), (339, &[1, 1])];
+    let bad = parse(Path::new("a.tif"), &made_tiff([1, 1], &shorts, None, &[0; 4])).unwrap_err();
+    assert!(bad.problem.contains("2 channels, and does not say that they are colours") && bad.remedy.contains("gdal_translate"), "{bad}");
+}
+
+#[test]
 fn a_palette_gives_the_colours_of_its_entries() {
     let mut colours = vec![0_u16; 3 * 16];
     (colours[2], colours[16 + 2], colours[32 + 2]) = (65_535, 32_768, 0);

@@ -65,6 +65,23 @@ fn black_images_are_identical_and_black_measures_nothing() {
 }
 
 #[test]
+fn radiance_pictures_are_compared_as_images_of_floats() {
+    let folder = Folder::new();
+    // Two rows of eight pixels, without run lengths.
+    let picture =
+        |header: &str, size: &str, pixel: [u8; 4]| [format!("#?RADIANCE\n{header}\n{size}\n").into_bytes(), pixel.repeat(16)].concat();
+    folder.write("a.hdr", picture("", "-Y 2 +X 8", [128, 128, 128, 129]));
+    folder.write("b.hdr", picture("EXPOSURE=2\n", "+Y 2 -X 8", [128, 128, 128, 128]));
+    let s = summary(&folder, &["a.hdr", "b.hdr"]);
+    assert!((s["relative_rms"].as_f64().unwrap() - 0.5).abs() < 1e-9 && s["values"] == "linear", "{s}");
+    let said = folder.run(["compare", "a.hdr", "b.hdr"]);
+    assert!(said.status == 0 && said.stderr.contains("b.hdr: the file says that its values are 2 times radiance"), "{}", said.stderr);
+    folder.write("lfs.hdr", "version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 9\n");
+    let said = folder.run(["compare", "a.hdr", "lfs.hdr"]);
+    assert!(said.status == 2 && said.stderr.contains("lfs.hdr: the file itself is not here"), "{}", said.stderr);
+}
+
+#[test]
 fn different_images_differ_and_their_panels_are_written() {
     let folder = with_images();
     let s = summary(&folder, &["a.png", "b.png", "-o", "panels.png"]);

@@ -16,11 +16,13 @@ use std::path::{Path, PathBuf};
 
 /// Arguments of `biscale compare`.
 #[derive(Args, Debug)]
-#[command(after_help = "Two images of floats (.exr, .tiff) are compared as they are, linear, with the largest value of A as peak of the \
+#[command(
+    after_help = "Two images of floats (.exr, .hdr, .tiff) are compared as they are, linear, with the largest value of A as peak of the \
                         PSNR. Otherwise images are compared as a screen is sent them: sRGB-encoded, 0..1, peak 1. FLIP (Andersson \
-                        et al. 2020) always compares what a screen is sent, in 8 bits.")]
+                        et al. 2020) always compares what a screen is sent, in 8 bits."
+)]
 pub struct CompareArgs {
-    /// The image that is right: .exr, .png, .tif
+    /// The image that is right: .exr, .hdr, .png, .tif
     a: PathBuf,
     /// The image that is judged
     b: PathBuf,
@@ -107,7 +109,7 @@ pub fn run(args: &CompareArgs, common: &CommonArgs) -> Result<()> {
         Target::new(path, args.force, &[&args.a, &args.b], |file| output::has_mark(file, MARK))
     });
     let target = target.transpose()?;
-    let (a, b) = (image_file::read(&args.a)?, image_file::read(&args.b)?);
+    let (a, b) = (read(&args.a, common)?, read(&args.b, common)?);
     if (a.width, a.height) != (b.width, b.height) {
         let problem = format!("the image is {} x {}, and {} is {} x {}", b.width, b.height, args.a.display(), a.width, a.height);
         return Err(BadInput::new(problem, "compare images of the same size").in_file(&args.b).into());
@@ -140,6 +142,18 @@ pub fn run(args: &CompareArgs, common: &CommonArgs) -> Result<()> {
         return output::print_json(&Object { output: args.output.as_deref(), summary });
     }
     output::print(&format!("{summary}\n"))
+}
+
+/// An image; of a Radiance picture what is odd about it is told.
+fn read(path: &Path, common: &CommonArgs) -> Result<Raster> {
+    if output::ending(path) != "hdr" {
+        return image_file::read(path);
+    }
+    let (raster, note) = image_file::read_radiance(path)?;
+    if let Some(note) = note {
+        output::tell(common, &format!("note: {}: {note}", path.display()));
+    }
+    Ok(raster)
 }
 
 fn name(path: &Path) -> String {

@@ -4,8 +4,9 @@
 use super::adjacency::place;
 use super::triangles::Triangles;
 use biscale::error::BadInput;
+use biscale::geometry::mesh::{FaceGroups, edges};
 use glam::DVec3;
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashSet;
 use std::f64::consts::PI;
 
 /// Repairs triangles whose corners were welded. Returns what was done.
@@ -18,18 +19,25 @@ pub(crate) fn repair(soup: &mut Triangles) -> Result<Vec<String>, BadInput> {
     if doubled > 0 {
         notes.push(format!("left out {doubled} faces that lie on others: paper has one layer"));
     }
-    let parts = Parts::of(soup)?;
-    let turned = parts.turn_alike(soup);
-    if parts.triangles.iter().any(|part| has_no_thickness(soup, part)) {
+    let parts = FaceGroups::new(&soup.triangles);
+    if let Some((_, [a, b])) = parts.one_sided.first() {
+        let at = place(0.5 * (soup.vertices[*a as usize] + soup.vertices[*b as usize]));
+        let problem = format!("the surface has one side only, as a Möbius strip: no faces around {at} can be turned alike");
+        return Err(BadInput::new(problem, "cut it there: paper has two sides"));
+    }
+    let turned = parts.minority(|t| vector_area(soup, t).length());
+    turned.iter().for_each(|&t| soup.triangles[t].swap(1, 2));
+    if parts.groups.iter().any(|part| has_no_thickness(soup, part)) {
         let problem = "the surface has no thickness: its front and its back lie in one place";
         return Err(BadInput::new(problem, "delete the faces of one side: paper has one layer"));
     }
-    if turned > 0 {
+    if !turned.is_empty() {
+        let turned = turned.len();
         notes.push(format!("turned {turned} faces over that were turned against their neighbours"));
     }
-    let inside_out = turn_inside_out(soup, &parts.triangles);
+    let inside_out = turn_inside_out(soup, &parts.groups);
     if inside_out > 0 {
-        let which = if parts.triangles.len() == 1 { "the surface".to_owned() } else { format!("{inside_out} closed parts of the surface") };
+        let which = if parts.groups.len() == 1 { "the surface".to_owned() } else { format!("{inside_out} closed parts of the surface") };
         notes.push(format!("{which} showed the inner side outside, and was turned over"));
     }
     Ok(notes)
@@ -65,81 +73,6 @@ fn has_no_thickness(soup: &Triangles, part: &[usize]) -> bool {
     area > 0.0 && is_closed(soup, part) && volume(soup, part).abs() <= NO_THICKNESS * area * soup.size()
 }
 
-/// The parts of a surface that hang together by edges of two faces.
-struct Parts {
-    /// Triangles of each part.
-    triangles: Vec<Vec<usize>>,
-    /// For each triangle whether it is turned against the first one of its part.
-    against: Vec<bool>,
-}
-
-impl Parts {
-    fn of(soup: &Triangles) -> Result<Self, BadInput> {
-        let mut at_edge: FxHashMap<[u32; 2], Vec<usize>> = FxHashMap::default();
-        // Slivers that welding has closed have no sides, and belong to nothing.
-        let has_sides = |t: usize| edges(&soup.triangles[t]).iter().all(|[a, b]| a != b);
-        for (t, corners) in soup.triangles.iter().enumerate().filter(|(t, _)| has_sides(*t)) {
-            for [a, b] in edges(corners) {
-                at_edge.entry([a.min(b), a.max(b)]).or_default().push(t);
-            }
-        }
-        let mut part_of: Vec<Option<usize>> = vec![None; soup.triangles.len()];
-        let mut against = vec![false; soup.triangles.len()];
-        let mut triangles: Vec<Vec<usize>> = Vec::new();
-        for start in 0..soup.triangles.len() {
-            if part_of[start].is_some() {
-                continue;
-            }
-            part_of[start] = Some(triangles.len());
-            let mut part = vec![start];
-            let mut next = 0;
-            while next < part.len() {
-                let t = part[next];
-                next += 1;
-                if !has_sides(t) {
-                    continue;
-                }
-                for [a, b] in edges(&soup.triangles[t]) {
-                    // Where three meet nothing says which two belong together.
-                    let [first, second] = at_edge[&[a.min(b), a.max(b)]][..] else { continue };
-                    let other = if first == t { second } else { first };
-                    if other == t {
-                        continue;
-                    }
-                    let alike = edges(&soup.triangles[other]).contains(&[b, a]);
-                    let wanted = against[t] == alike;
-                    if part_of[other].is_none() {
-                        part_of[other] = part_of[t];
-                        against[other] = wanted;
-                        part.push(other);
-                    } else if against[other] != wanted {
-                        let at = place(0.5 * (soup.vertices[a as usize] + soup.vertices[b as usize]));
-                        let problem = format!("the surface has one side only, as a Möbius strip: no faces around {at} can be turned alike");
-                        return Err(BadInput::new(problem, "cut it there: paper has two sides"));
-                    }
-                }
-            }
-            triangles.push(part);
-        }
-        Ok(Self { triangles, against })
-    }
-
-    /// Turns the faces of each part as those are turned that have the larger part of its area. Returns how many were.
-    fn turn_alike(&self, soup: &mut Triangles) -> usize {
-        let mut turned = 0;
-        for part in &self.triangles {
-            let area =
-                |wanted: bool| -> f64 { part.iter().filter(|&&t| self.against[t] == wanted).map(|&t| vector_area(soup, t).length()).sum() };
-            let wrong = area(true) <= area(false);
-            for &t in part.iter().filter(|&&t| self.against[t] == wrong) {
-                soup.triangles[t].swap(1, 2);
-                turned += 1;
-            }
-        }
-        turned
-    }
-}
-
 /// Turns closed parts over whose volume is negative, unless they are cavities of another part; what lies in one that is turned and is no cavity of it then is
 /// turned along. Returns how many were.
 fn turn_inside_out(soup: &mut Triangles, parts: &[Vec<usize>]) -> usize {
@@ -158,11 +91,6 @@ fn turn_inside_out(soup: &mut Triangles, parts: &[Vec<usize>]) -> usize {
         closed[k].iter().for_each(|&t| soup.triangles[t].swap(1, 2));
     }
     wrong.len()
-}
-
-/// The edges of a triangle, as it runs.
-fn edges(&[a, b, c]: &[u32; 3]) -> [[u32; 2]; 3] {
-    [[a, b], [b, c], [c, a]]
 }
 
 fn corners(soup: &Triangles, t: usize) -> [DVec3; 3] {

@@ -3,7 +3,7 @@
 use super::super::tile::Tile;
 use super::orientation::Up;
 use super::soup::Soup;
-use super::{obj, orientation, ply, stl, textures};
+use super::{obj, orientation, ply, stl, textures, turning};
 use crate::bounded_file::{MAX_DATA_BYTES, read_bounded};
 use crate::error::{BadInput, Result};
 use glam::{DVec2, DVec3};
@@ -44,6 +44,7 @@ pub(crate) fn load(file: &Path, period: DVec2, scale: f64, up: Up, flip: bool) -
         soup.uv.iter_mut().for_each(|uv| uv.swap(1, 2));
     }
     let mut tile = soup.into_tile(period, scale).map_err(|bad| bad.in_file(file))?;
+    turning::turn_alike(&mut tile);
     tile.notes.extend(orientation::notes(&tile, scale, up));
     Ok(tile)
 }
@@ -54,8 +55,12 @@ pub(crate) fn load_coloured(file: &Path) -> Result<(Tile, Option<Vec<[DVec3; 3]>
     let mut soup = parse(file, &bytes).map_err(|bad| bad.in_file(file))?;
     let colours = (!soup.colours.is_empty() && soup.colours.len() == soup.vertices.len()).then(|| std::mem::take(&mut soup.colours));
     let colours: Option<Vec<[DVec3; 3]>> = colours.map(|of| soup.triangles.iter().map(|t| t.map(|v| of[v as usize])).collect());
-    let (tile, places) = soup.into_tile_of_triangles(DVec2::ONE, 1.0).map_err(|bad| bad.in_file(file))?;
-    Ok((tile, colours.map(|all| places.iter().map(|&t| all[t]).collect())))
+    let (mut tile, places) = soup.into_tile_of_triangles(DVec2::ONE, 1.0).map_err(|bad| bad.in_file(file))?;
+    let mut colours: Option<Vec<[DVec3; 3]>> = colours.map(|all| places.iter().map(|&t| all[t]).collect());
+    for t in turning::turn_alike(&mut tile) {
+        colours.iter_mut().for_each(|of| of[t].swap(1, 2));
+    }
+    Ok((tile, colours))
 }
 
 /// Reads a mesh by the ending of its file's name.

@@ -11,7 +11,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Soup, BadInput> {
     let mut state = State::default();
     let mut joined = String::new();
     for (number, line) in (1..).zip(text.lines()) {
-        if let Some(start) = line.strip_suffix('\\') {
+        // Blanks after the mark of a line that goes on are common.
+        if let Some(start) = line.trim_end().strip_suffix('\\') {
             joined.push_str(start);
             joined.push(' ');
             continue;
@@ -135,7 +136,7 @@ mod tests {
 
     #[test]
     fn usemtl_names_the_part_and_else_the_group() {
-        let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\ng hat brim\nf 2 4 3\nusemtl felt # soft\ng other\nf 1 \\\n 2 -1\n";
+        let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\ng hat brim\nf 2 4 3\nusemtl felt # soft\ng other\nf 1 \\ \n 2\\\n -1\n";
         let soup = parse(text.as_bytes()).unwrap();
         assert_eq!(soup.parts, ["default", "hat brim", "felt"]);
         assert_eq!(soup.part_of_triangle, [0, 1, 2]);

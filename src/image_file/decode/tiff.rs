@@ -37,7 +37,7 @@ pub fn tiff(bytes: &[u8]) -> Result<Raster, BadInput> {
         }
         ColorType::RGB(_) => 3,
         ColorType::RGBA(_) => 4,
-        other => return Err(BadInput::new(format!("the TIFF has pixels of type {other:?}"), "write it as grey or RGB")),
+        other => return Err(other_pixels(other)),
     };
     if stride > 1 && tag_numbers(&mut decoder, Tag::PlanarConfiguration)?.is_some_and(|planar| planar == [2]) {
         return Err(BadInput::new("the TIFF stores its channels one after the other", "write it with interleaved channels"));
@@ -55,26 +55,44 @@ pub fn tiff(bytes: &[u8]) -> Result<Raster, BadInput> {
     }
     let (mut channels, alpha) = deinterleave(&values, stride, |v| v);
     if is_palette {
-        channels = coloured(&channels[0], kind.bit_depth(), palette)?;
+        channels = coloured(&channels[0], kind.bit_depth().into(), palette)?;
     }
     Ok(Raster { width, height, channels, alpha, integer })
+}
+
+/// The mistake of pixels that are neither grey nor RGB.
+fn other_pixels(kind: ColorType) -> BadInput {
+    let what = match kind {
+        ColorType::Multiband { num_samples, .. } => {
+            let remedy = "write that which is meant alone (`gdal_translate -b 1`), or RGB";
+            return BadInput::new(format!("the TIFF has {num_samples} channels, and does not say that they are colours"), remedy);
+        }
+        ColorType::CMYK(_) | ColorType::CMYKA(_) => "printing colours (CMYK)",
+        ColorType::YCbCr(_) => "luminance and chrominance (YCbCr)",
+        ColorType::Lab(_) => "CIE L*a*b* colours",
+        _ => "colours of another kind",
+    };
+    BadInput::new(format!("the TIFF has {what}"), "write it as grey or RGB")
 }
 
 /// The raster of a file whose samples are taken apart here.
 fn packed_raster(file: &PackedTiff, limits: Limits) -> Result<Raster, BadInput> {
     let mut decoder = Decoder::new(Cursor::new(&*file.bytes)).map_err(|e| unreadable("TIFF", e))?.with_limits(limits);
-    let (_, height) = decoder.dimensions().map_err(|e| unreadable("TIFF", e))?;
-    check_size(file.width as u64, height.into())?;
+    let (_, rows) = decoder.dimensions().map_err(|e| unreadable("TIFF", e))?;
+    let rows = rows as usize;
+    check_size(file.width as u64, file.rows(rows) as u64)?;
     let no_data = no_data(&mut decoder)?;
+    let palette = if file.is_palette { tag_numbers(&mut decoder, Tag::ColorMap)? } else { None };
     let raw = decoder.read_image().map_err(|e| unreadable("TIFF", e))?;
-    let height = height as usize;
     let DecodingResult::U8(raw) = raw else { return Err(unreadable("TIFF", "its bytes are none")) };
-    if raw.len() != file.row_bytes() * height {
-        return Err(unreadable("TIFF", format!("it has {} bytes for {height} rows of {}", raw.len(), file.row_bytes())));
+    if raw.len() != file.row_bytes() * rows {
+        return Err(unreadable("TIFF", format!("it has {} bytes for {rows} rows of {}", raw.len(), file.row_bytes())));
     }
-    let values = file.unpacked(&raw, height, no_data);
-    let (channels, alpha) = deinterleave(&values, file.samples, |v| v);
-    Ok(Raster { width: file.width, height, channels, alpha, integer: true })
+    let (mut channels, alpha) = deinterleave(&file.unpacked(&raw, no_data), file.samples, |v| v);
+    if file.is_palette {
+        channels = coloured(&channels[0], file.bits, palette)?;
+    }
+    Ok(Raster { width: file.width, height: file.rows(rows), channels, alpha, integer: true })
 }
 
 /// The file with places of a palette taken as greys, which is what the decoder knows; and whether they are such places.
@@ -174,7 +192,7 @@ fn unpacked(raw: &[u8], bits: u8, [in_row, rows]: [usize; 2]) -> Result<Vec<u8>,
 }
 
 /// Red, green and blue of entries of a palette, which were scaled to 0..=1.
-fn coloured(entries: &[f32], bits: u8, palette: Option<Vec<u16>>) -> Result<Vec<Vec<f32>>, BadInput> {
+fn coloured(entries: &[f32], bits: u32, palette: Option<Vec<u16>>) -> Result<Vec<Vec<f32>>, BadInput> {
     let size = 1_usize << bits.min(16);
     let palette =
         palette.filter(|p| p.len() == 3 * size).ok_or_else(|| unreadable("TIFF", format!("its palette has not {size} colours")))?;

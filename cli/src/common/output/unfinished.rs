@@ -16,12 +16,14 @@ const LONG_AGO: Duration = Duration::from_secs(3600);
 /// The end of all names.
 pub(super) const SUFFIX: &str = ".part";
 
-/// This host as names say it, where the system tells: letters and digits only, so that a dash ends it.
-static HOST: LazyLock<Option<String>> = LazyLock::new(|| {
-    let name = std::fs::read_to_string("/proc/sys/kernel/hostname").ok()?;
-    let plain: String = name.chars().filter(char::is_ascii_alphanumeric).collect();
-    (!plain.is_empty()).then_some(plain)
-});
+/// This host as names say it, where the system tells.
+static HOST: LazyLock<Option<String>> =
+    LazyLock::new(|| Some(in_names(std::fs::read_to_string("/proc/sys/kernel/hostname").ok()?.trim())).filter(|name| !name.is_empty()));
+
+/// The name of a host as names of files say it: two hosts never alike, and without dashes, so that one ends it.
+fn in_names(host: &str) -> String {
+    host.bytes().map(|b| if b.is_ascii_alphanumeric() { char::from(b).to_string() } else { format!("_{b:02x}") }).collect()
+}
 
 /// The beginning of the names of this process.
 pub(super) fn prefix() -> String {
@@ -74,6 +76,16 @@ fn is_left_over(path: &Path, process: u32) -> io::Result<bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn hosts_that_differ_in_punctuation_have_names_of_their_own() {
+        let hosts = ["render-1", "render1", "render.1", "render_1", "ren-der1", "render_2d1"];
+        let mut names: Vec<String> = hosts.iter().map(|host| in_names(host)).collect();
+        assert!(names.iter().all(|name| !name.contains(['-', '/', '.'])), "{names:?}");
+        names.sort();
+        names.dedup();
+        assert_eq!(names.len(), hosts.len());
+    }
 
     /// The number of a process that has ended.
     fn dead() -> u32 {
