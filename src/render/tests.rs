@@ -1,7 +1,7 @@
 //! Whole pictures against closed forms.
 
 use super::renderer::render_in_bands;
-use super::{Picture, Rendered, Scene, difference, render};
+use super::{Picture, Rendered, Scene, difference, light_sampling, render};
 use crate::error::Error;
 use crate::filter::{Control, Method, Quality};
 use crate::toml_reader::Source;
@@ -161,6 +161,26 @@ fn a_white_environment_is_nowhere_outshone_within_three_standard_errors() {
         }
         assert!(brightest > 0.6, "{name}: only {brightest}");
     }
+}
+
+#[test]
+fn lights_that_stand_for_an_environment_are_judged_in_direct_light() {
+    let stage = Stage::new();
+    stage.material("white", GROOVES, "{ model = \"lambert\", albedo = 1.0 }");
+    let mut half = Picture::new(8, 4);
+    half.rgb.iter_mut().enumerate().filter(|(k, _)| k % 8 < 4).for_each(|(_, pixel)| *pixel = [1.0; 3]);
+    let mut file = std::fs::File::create(stage.0.path().join("half.exr")).unwrap();
+    half.write_exr(&mut file, false, "").unwrap();
+    let ball = "[[object]]\nkind = \"sphere\"\nradius = 1\nmaterial = \"white.toml\"\n[environment]\nfile = \"half.exr\"\nlights = 16\n";
+    let mut scene = stage.scene(8, ball);
+    let quality = Quality { tolerance: 0.1, ..Quality::default() };
+    let mut sampling = |bounces| {
+        scene.materials[0].small.bounces = bounces;
+        with_control(|control| light_sampling(&scene, &quality, control).unwrap().unwrap())
+    };
+    let direct = sampling(0);
+    assert!(direct.relative_rms > 0.001, "{direct:?}");
+    assert_eq!(sampling(2), direct);
 }
 
 #[test]

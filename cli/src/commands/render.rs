@@ -24,6 +24,9 @@ const MARK: &str = "biscale render ";
 
 /// How a picture that takes long takes less.
 const ADVICE: &str = "a looser `--tolerance`, fewer `lights` of an environment or fewer `samples` of the camera take less";
+/// The same where a material is computed with reflections after the first, which costs more than all of these.
+const ADVICE_FOR_BOUNCES: &str =
+    "reflections after the first are what takes so long: `--bounces 0` leaves them out, and a looser `--tolerance` takes less";
 
 /// Arguments of `biscale render`.
 #[derive(Args, Debug)]
@@ -106,7 +109,9 @@ pub fn run(args: &RenderArgs, common: &CommonArgs) -> Result<()> {
         set_lighting(&mut scene, lighting.into())?;
     }
     let loaded = start.elapsed().as_secs_f64() * 1e3;
-    let rendered = progress::with_advice(common, ADVICE, |control| render(&scene, &quality, control))?;
+    let bounces = scene.materials.iter().any(|m| quality.bounces_of(m.material.bounces) > 0);
+    let advice = if bounces { ADVICE_FOR_BOUNCES } else { ADVICE };
+    let rendered = progress::with_advice(common, advice, |control| render(&scene, &quality, control))?;
     let notes = common.flags.in_texts(rendered.notes.iter().cloned().chain(args.quality.notes()).collect());
     let mut summary = Summary::new(&scene, &rendered, &quality, loaded, notes, common.verbose);
     let stops = match args.exposure.unwrap_or(scene.exposure) {
