@@ -76,6 +76,12 @@ impl Board {
         Self { kind, dictionary: Some(dictionary.clone()), markers, corners, size }
     }
 
+    /// The same with its markers numbered from `first`.
+    pub fn numbered_from(mut self, first: i32) -> Self {
+        self.markers.iter_mut().for_each(|m| m.0 += first);
+        self
+    }
+
     /// A grid of markers, numbered row by row from the upper left, beginning with `first`.
     pub fn grid(columns: u32, rows: u32, marker: f64, gap: f64, dictionary: &Dictionary, first: i32) -> Self {
         let pitch = marker + gap;

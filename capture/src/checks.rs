@@ -9,6 +9,7 @@ use biscale::numerics::outcome::Outcome;
 pub enum CheckCode {
     Unreadable,
     WrongSize,
+    Turned,
     NotLinear,
     AssumedSrgb,
     Clipped,
@@ -38,9 +39,10 @@ pub enum CheckCode {
 }
 
 /// All codes with their names and meanings, in the order of the work.
-pub const CATALOGUE: [(CheckCode, &str, &str); 28] = [
+pub const CATALOGUE: [(CheckCode, &str, &str); 29] = [
     (CheckCode::Unreadable, "UNREADABLE", "a file is no image, or damaged"),
-    (CheckCode::WrongSize, "WRONG_SIZE", "a photograph has another size than the others"),
+    (CheckCode::WrongSize, "WRONG_SIZE", "a photograph has another size than those that the camera is known for"),
+    (CheckCode::Turned, "TURNED", "the pixels of a photograph are turned against those of the others"),
     (CheckCode::NotLinear, "NOT_LINEAR", "values are not proportional to light"),
     (CheckCode::AssumedSrgb, "ASSUMED_SRGB", "8-bit values were taken as sRGB, as asked"),
     (CheckCode::Clipped, "CLIPPED", "pixels of the sample are saturated"),

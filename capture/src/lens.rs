@@ -116,6 +116,11 @@ impl Lens {
         self.undistort(self.place(pixel)).map(|p| p.extend(1.0).normalize())
     }
 
+    /// Field of view across, without distortion, degrees.
+    pub fn field_of_view_deg(&self) -> f64 {
+        2.0 * (0.5 * self.width as f64 / self.focal.x).atan().to_degrees()
+    }
+
     /// Distance of the farthest corner of the picture from the principal point, px.
     pub fn farthest(&self) -> f64 {
         farthest(self.width, self.height, self.centre)

@@ -17,7 +17,9 @@ pub mod dictionary;
 pub mod edge_pose;
 pub mod edges;
 pub mod flat;
+pub mod kit;
 pub mod lens;
+pub mod lens_group;
 pub mod light;
 pub mod linear;
 pub mod metadata;
@@ -30,6 +32,8 @@ pub mod resample;
 pub mod run;
 pub mod sheet;
 pub mod shoot;
+#[cfg(feature = "opencv")]
+pub mod sort;
 pub mod surface;
 #[cfg(feature = "opencv")]
 pub mod vision;

@@ -14,8 +14,14 @@ pub struct Metadata {
     pub f_number: Option<f64>,
     /// Focal length, mm.
     pub focal_mm: Option<f64>,
+    /// Focal length of a camera of 36 x 24 mm that sees as much, mm.
+    pub focal_35mm: Option<f64>,
     /// Camera model.
     pub model: Option<String>,
+    /// How the picture is to be turned for viewing: 1 as it is, 3 by a half, 6 and 8 by a quarter (Exif 2.32, 4.6.4).
+    pub orientation: Option<u32>,
+    /// When it was taken, as `YYYY:MM:DD HH:MM:SS` and a fraction of the second.
+    pub taken: Option<String>,
     /// Why the values cannot be linear, if the file says so.
     pub tone_curve: Option<String>,
 }
@@ -31,7 +37,9 @@ impl Metadata {
     }
 
     fn exif(bytes: &[u8]) -> Self {
-        let Ok(exif) = exif::Reader::new().read_from_container(&mut Cursor::new(bytes)) else { return Self::default() };
+        // Damaged Exif is read as far as it goes: what messengers and editors leave of it often still tells the exposure.
+        let read = exif::Reader::new().continue_on_error(true).read_from_container(&mut Cursor::new(bytes));
+        let Ok(exif) = read.or_else(|e| e.distill_partial_result(|_| {})) else { return Self::default() };
         let field = |tag| exif.get_field(tag, In::PRIMARY);
         let positive = |v: f64| Some(v).filter(|v| v.is_finite() && *v > 0.0);
         let rational = |tag| match &field(tag)?.value {
@@ -39,16 +47,20 @@ impl Metadata {
             _ => None,
         };
         let whole = |tag| field(tag)?.value.get_uint(0);
-        let model = field(Tag::Model).and_then(|f| match &f.value {
-            Value::Ascii(lines) => lines.first().map(|l| String::from_utf8_lossy(l).trim().to_owned()),
+        let text = |tag| match &field(tag)?.value {
+            Value::Ascii(lines) => lines.first().map(|l| String::from_utf8_lossy(l).trim().to_owned()).filter(|t| !t.is_empty()),
             _ => None,
-        });
+        };
+        let taken = text(Tag::DateTimeOriginal).map(|t| format!("{t}.{}", text(Tag::SubSecTimeOriginal).unwrap_or_default()));
         Self {
             seconds: rational(Tag::ExposureTime),
             iso: whole(Tag::PhotographicSensitivity).and_then(|v| positive(v.into())),
             f_number: rational(Tag::FNumber),
             focal_mm: rational(Tag::FocalLength),
-            model,
+            focal_35mm: whole(Tag::FocalLengthIn35mmFilm).and_then(|v| positive(v.into())),
+            model: text(Tag::Model),
+            orientation: whole(Tag::Orientation).filter(|v| (1..=8).contains(v)),
+            taken,
             // 1 is sRGB; 65535, "uncalibrated", says nothing.
             tone_curve: (whole(Tag::ColorSpace) == Some(1)).then(|| "its Exif colour space is sRGB".to_owned()),
         }
@@ -135,6 +147,30 @@ mod tests {
             out.extend([0; 4]);
         }
         out
+    }
+
+    /// A JPEG of nothing but Exif: its first directory with these entries (tag, type, count, value).
+    fn jpeg(entries: &[[u32; 4]]) -> Vec<u8> {
+        let mut tiff = b"Exif\0\0II*\0\x08\0\0\0".to_vec();
+        tiff.extend(u16::try_from(entries.len()).unwrap().to_le_bytes());
+        for [tag, kind, count, value] in entries {
+            tiff.extend([(*tag as u16).to_le_bytes(), (*kind as u16).to_le_bytes()].concat());
+            tiff.extend([count.to_le_bytes(), value.to_le_bytes()].concat());
+        }
+        tiff.extend([0; 4]);
+        let mut out = b"\xff\xd8\xff\xe1".to_vec();
+        out.extend(u16::try_from(tiff.len() + 2).unwrap().to_be_bytes());
+        [out, tiff, b"\xff\xd9".to_vec()].concat()
+    }
+
+    #[test]
+    fn damaged_exif_is_read_as_far_as_it_goes() {
+        // The orientation and a model of three letters, and before and between them texts that point outside of the file.
+        let outside = |tag| [tag, 2, 400, 60_000];
+        let model = [0x0110, 2, 4, u32::from_le_bytes(*b"Cam\0")];
+        let found = Metadata::of("jpg", &jpeg(&[outside(0x010f), model, outside(0x0131), [0x0112, 3, 1, 6]]));
+        assert_eq!((found.orientation, found.model.as_deref(), found.iso), (Some(6), Some("Cam"), None));
+        assert_eq!(Metadata::of("jpg", b"\xff\xd8\xff\xe1"), Metadata::default());
     }
 
     #[test]

@@ -40,13 +40,87 @@ pub struct Photo {
 }
 
 /// Endings of camera raw files: no decoder is built in.
-const RAW: [&str; 17] =
-    ["cr2", "cr3", "crw", "nef", "nrw", "arw", "sr2", "raf", "orf", "rw2", "dng", "pef", "srw", "x3f", "3fr", "iiq", "erf"];
+const RAW: [&str; 29] = [
+    "cr2", "cr3", "crw", "nef", "nrw", "arw", "sr2", "srf", "raf", "orf", "rw2", "rwl", "dng", "gpr", "pef", "srw", "x3f", "3fr", "fff",
+    "iiq", "erf", "mef", "mos", "mrw", "dcr", "kdc", "k25", "raw", "cap",
+];
+
+/// Endings of encoded pictures that are not read, with the program that converts each. All have a tone curve.
+const ENCODED: [(&str, &str); 7] = [
+    ("heic", "heif-convert"),
+    ("heif", "heif-convert"),
+    ("hif", "heif-convert"),
+    ("avif", "heif-convert"),
+    ("webp", "dwebp"),
+    ("jxl", "djxl"),
+    ("jp2", "opj_decompress"),
+];
+
+/// Endings of the files that [`read`] reads.
+pub const ENDINGS: [&str; 6] = ["exr", "tif", "tiff", "png", "jpg", "jpeg"];
+
+/// The ending of a file's name, in lower case.
+pub fn ending(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
+}
+
+/// Why a file with this ending is not read, with the command that converts it; `None` for those of [`ENDINGS`].
+///
+/// `-t 0` leaves the pixels as the sensor has them: turned by a quarter or half, they do not fit the camera's calibration.
+pub fn why_not_read(path: &Path) -> Option<BadInput> {
+    let ending = ending(path);
+    if ENDINGS.contains(&&*ending) {
+        return None;
+    }
+    let file = path.file_name().unwrap_or_default().to_string_lossy();
+    if RAW.contains(&&*ending) {
+        let problem = format!("camera raw files (.{ending}) are not read");
+        let remedy = format!(
+            "convert it without a tone curve and without turning it, as with `dcraw -4 -T -o 0 -t 0 {file}` or, of newer cameras and phones, `dcraw_emu -4 -T -o 0 -t 0 \
+             {file}` (of LibRaw), to a linear 16-bit TIFF"
+        );
+        return Some(BadInput::new(problem, remedy));
+    }
+    if let Some((_, program)) = ENCODED.iter().find(|e| e.0 == ending) {
+        let problem = format!(".{ending} pictures are not read");
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let command = match *program {
+            "dwebp" => format!("dwebp {file} -o {stem}.png"),
+            "opj_decompress" => format!("opj_decompress -i {file} -o {stem}.png"),
+            other => format!("{other} {file} {stem}.png"),
+        };
+        let remedy = format!(
+            "convert it, as with `{command}`, or let the camera write .jpg (an iPhone: Settings, Camera, Formats, Most Compatible), or better raw files, which have no tone curve"
+        );
+        return Some(BadInput::new(problem, remedy));
+    }
+    let problem = if ending.is_empty() {
+        "its name has no ending that tells its format".to_owned()
+    } else {
+        format!("the ending \"{ending}\" is not known for a photograph")
+    };
+    Some(BadInput::new(problem, "use .exr, .tif, .tiff, .png, .jpg or .jpeg"))
+}
 
 impl PlanarImage {
     /// A black one.
     pub fn new(width: usize, height: usize) -> Self {
         Self { width, height, planes: std::array::from_fn(|_| vec![0.0; width * height]) }
+    }
+
+    /// The same with its pixels turned by a quarter, clockwise.
+    pub fn quarter_turned(&self) -> Self {
+        let (w, h) = (self.width, self.height);
+        let turned = |plane: &Vec<f32>| (0..w * h).map(|i| plane[(h - 1 - i % h) * w + i / h]).collect();
+        Self { width: h, height: w, planes: self.planes.each_ref().map(turned) }
+    }
+
+    /// The same with its pixels turned by a half.
+    pub fn half_turned(mut self) -> Self {
+        for plane in &mut self.planes {
+            plane.reverse();
+        }
+        self
     }
 
     /// A pixel.
@@ -101,12 +175,9 @@ pub(crate) fn catmull_rom(t: f32) -> [f32; 4] {
 /// # Errors
 /// Bad input names the file and what is wrong with it; of a raw file also how to convert it.
 pub fn read(path: &Path) -> Result<Photo> {
-    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    if RAW.contains(&&*ending) {
-        let problem = format!("camera raw files (.{ending}) are not read");
-        let remedy =
-            "convert it without a tone curve, as with `dcraw -4 -T -o 0 FILE` or `dcraw_emu -4 -T -o 0 FILE`, to a linear 16-bit TIFF";
-        return Err(BadInput::new(problem, remedy).in_file(path).into());
+    let ending = ending(path);
+    if let Some(bad) = why_not_read(path) {
+        return Err(bad.in_file(path).into());
     }
     let bytes = read_bounded(path, MAX_DATA_BYTES, "no photograph is so large: this is something else")?;
     let metadata = Metadata::of(&ending, &bytes);
@@ -133,7 +204,7 @@ pub fn read(path: &Path) -> Result<Photo> {
 /// # Errors
 /// As [`read`].
 pub fn size(path: &Path) -> Result<(usize, usize)> {
-    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    let ending = ending(path);
     let told = match &*ending {
         "exr" => exr::meta::MetaData::read_from_file(path, false)
             .ok()
@@ -146,6 +217,19 @@ pub fn size(path: &Path) -> Result<(usize, usize)> {
     match told {
         Some(size) => Ok(size),
         None => read(path).map(|photo| (photo.picture.width, photo.picture.height)),
+    }
+}
+
+/// How a file with this ending stores its samples, by its head: floats in an `OpenEXR` or a TIFF of floats.
+pub fn samples(ending: &str, bytes: &[u8]) -> Samples {
+    let float_tiff = || {
+        let tag = tiff::decoder::Decoder::new(Cursor::new(bytes)).ok()?.get_tag_u16_vec(tiff::tags::Tag::SampleFormat).ok()?;
+        Some(tag.first() == Some(&3))
+    };
+    match ending {
+        "exr" => Samples::Float,
+        "tif" | "tiff" if float_tiff() == Some(true) => Samples::Float,
+        _ => Samples::Integer(bits(ending, bytes)),
     }
 }
 
@@ -162,7 +246,10 @@ fn bits(ending: &str, bytes: &[u8]) -> u8 {
 }
 
 fn jpeg(bytes: &[u8]) -> Result<PlanarImage, BadInput> {
-    let unreadable = |e: image::ImageError| BadInput::new(format!("not a readable JPEG image: {e}"), "write the image again");
+    let unreadable = |e: image::ImageError| {
+        let why = e.to_string();
+        BadInput::new(format!("not a readable JPEG image: {}", why.trim()), "write the image again")
+    };
     let reader = || image::ImageReader::with_format(Cursor::new(bytes), image::ImageFormat::Jpeg);
     let (width, height) = reader().into_dimensions().map_err(unreadable)?;
     if u64::from(width) * u64::from(height) > MAX_PIXELS || width == 0 || height == 0 {
@@ -191,9 +278,29 @@ mod tests {
     }
 
     #[test]
+    fn turning_moves_the_upper_left_pixel_to_the_right_and_down() {
+        let mut picture = PlanarImage::new(3, 2);
+        picture.planes[0] = vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+        let turned = picture.quarter_turned();
+        assert_eq!((turned.width, turned.height, &turned.planes[0][..]), (2, 3, &[4.0, 1.0, 5.0, 2.0, 6.0, 3.0][..]));
+        assert_eq!(turned.quarter_turned(), picture.half_turned());
+    }
+
+    #[test]
     fn raw_and_broken_files_say_what_to_do() {
-        let message = read(Path::new("IMG_1.CR2")).unwrap_err().to_string();
-        assert!(message.contains("dcraw") && message.contains("IMG_1.CR2"), "{message}");
+        for (name, words) in [
+            ("IMG_1.CR2", &["dcraw -4 -T -o 0 -t 0 IMG_1.CR2", "IMG_1.CR2"][..]),
+            ("L1.RWL", &["dcraw_emu -4 -T -o 0 -t 0 L1.RWL"]),
+            ("G.GPR", &["-t 0"]),
+            ("IMG_2.HEIC", &["heif-convert IMG_2.HEIC IMG_2.png", ".jpg"]),
+            ("a.webp", &["dwebp a.webp -o a.png", ".jpg"]),
+            ("a.avif", &["heif-convert", ".jpg"]),
+            ("a.gif", &[".jpg"]),
+            ("a", &["no ending", ".jpg"]),
+        ] {
+            let message = read(Path::new(name)).unwrap_err().to_string();
+            assert!(words.iter().all(|word| message.contains(word)), "{message}");
+        }
         let folder = tempfile::tempdir().unwrap();
         for name in ["a.jpg", "a.png", "a.tif", "a.exr"] {
             let path = folder.path().join(name);

@@ -29,7 +29,7 @@ pub struct Capture {
     pub shoot: String,
     /// False where a check failed: a number here may be wrong or missing.
     pub usable: bool,
-    /// The camera of all linear photographs.
+    /// The camera of all linear photographs that have none of their own.
     pub camera: Option<Camera>,
     /// What was photographed.
     pub sample: Sample,
@@ -102,7 +102,7 @@ pub enum Sample {
     },
 }
 
-/// One light, directional.
+/// One light.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Light {
     /// Name that photographs refer to.
@@ -111,6 +111,9 @@ pub struct Light {
     pub direction: [f64; 3],
     /// Standard deviation of the direction, degrees.
     pub sigma_deg: f64,
+    /// Place of a lamp at a finite distance, in the sample's frame, mm; `direction` is that from the origin. None of one that counts as far away.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position_mm: Option<[f64; 3]>,
     /// Irradiance on a plane facing the light, in the photographs' units; where a checker in the sample's plane tells it.
     pub irradiance_rgb: Option<[f64; 3]>,
     /// What the direction was found from.
@@ -154,6 +157,9 @@ pub struct Pose {
 pub struct Photograph {
     /// `OpenEXR` file in this folder: undistorted, linear RGB in 32-bit floats.
     pub file: String,
+    /// Its camera, where that is not the one of all: taken through another lens, or at another size.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub camera: Option<Camera>,
     /// Grey PNG of the same size: 255 use it, 0 do not (off the sample, saturated, outside of the picture).
     pub mask: String,
     /// The photographs that it was made from.

@@ -60,6 +60,8 @@ fn a_failed_check_ends_with_status_1_and_a_report() {
     let json: Value = serde_json::from_str(&folder.read("out/capture.json")).unwrap();
     assert_eq!(json["usable"], false);
     assert!(folder.read("out/report.html").contains("UNREADABLE"));
+    let said = folder.run(["capture", "shoot.toml", "-o", "out", "--quiet"]);
+    assert!(said.status == 1 && said.stdout.starts_with("not usable: ") && said.stdout.lines().count() == 1, "{}", said.stdout);
 }
 
 #[test]
@@ -88,5 +90,34 @@ fn a_wrong_shoot_file_is_refused_and_nothing_is_written() {
             said.stderr
         );
         assert!(folder.snapshot() == before, "{text}: something was written");
+    }
+}
+
+#[test]
+fn check_opens_the_photographs() {
+    let folder = Folder::new();
+    let grey = |name: &str, w, h| image::RgbImage::from_pixel(w, h, image::Rgb([90, 90, 90])).save(folder.path(name)).unwrap();
+    grey("a.png", 300, 200);
+    grey("b.png", 320, 200);
+    folder.write("c.heic", "ftypheic");
+    folder.write("d.png", "no picture");
+    let shoot = |camera: &str, file: &str| {
+        format!(
+            "format = 1\n{camera}[sample]\nshape = \"plane\"\nwidth_mm = 9\nheight_mm = 9\n[[photo]]\nrole = \"distant\"\nfile = \"a.png\"\n[[photo]]\nrole = \"validation\"\n\
+             file = \"{file}\"\n"
+        )
+    };
+    for (text, status, words) in [
+        (shoot("[camera]\nfocal_px = 400\n", "a.png"), 0, &["shoot.toml: ok", "--assume-srgb"][..]),
+        (shoot("[camera]\nfocal_px = 107\n", "a.png"), 0, &["readable, but doubtful", "a field of view of 109 degrees"]),
+        (shoot("[camera]\nfocal_px = 400\n", "b.png"), 2, &["b.png is 320 x 200 pixels", "300 x 200 pixels"]),
+        (shoot("", "c.heic"), 2, &["c.heic", "heif-convert c.heic c.png"]),
+        (shoot("", "d.png"), 2, &["d.png"]),
+    ] {
+        folder.write("shoot.toml", &text);
+        let said = folder.run(["check", "shoot.toml"]);
+        assert_eq!(said.status, status, "{text}: {}{}", said.stdout, said.stderr);
+        let told = format!("{}{}", said.stdout, said.stderr);
+        assert!(words.iter().all(|word| told.contains(word)), "{words:?}: {told}");
     }
 }

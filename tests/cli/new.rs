@@ -68,3 +68,39 @@ fn built_in_brdfs_are_listed_and_each_can_be_used() {
     assert_eq!(folder.run(["check", "g.toml"]).status, 0);
     assert_eq!(folder.run(["list", "brdfs", "-o", "balls.jpg"]).status, 2);
 }
+
+#[test]
+fn what_a_capture_needs_is_printed_with_its_sidecar() {
+    use biscale_capture::kit::{Kit, PrintedBoard};
+    let folder = Folder::new();
+    let said = folder.run(["new", "board", "kit.pdf"]);
+    assert_eq!(said.status, 0, "{}", said.stderr);
+    assert!(said.stderr.contains("100 %") && said.stderr.contains("biscale capture FOLDER"), "{}", said.stderr);
+    let pdf = std::fs::read(folder.path("kit.pdf")).unwrap();
+    assert!(pdf.starts_with(b"%PDF"));
+    // A4 in points: the board and the sheet on a page each.
+    let boxes = pdf.windows(10).filter(|w| w.starts_with(b"/MediaBox")).count();
+    assert_eq!(boxes, 2, "pages");
+    let kit = Kit::read(&[folder.path("kit.json")]).unwrap();
+    assert!(kit.board_told && kit.board == PrintedBoard::standard());
+    let (_, sheet) = kit.sheet.unwrap();
+    assert_eq!(sheet.target, biscale_capture::sheet::Target::Cylinder { radius: 30.0, height: 60.0 });
+    assert!(sheet.markers.len() > 15 && sheet.markers.iter().all(|m| m.id < 76), "{}", sheet.markers.len());
+    // Neither is replaced unasked.
+    assert_eq!(folder.run(["new", "board", "kit.pdf"]).status, 2);
+    let said = folder.run(["new", "board", "plane.pdf", "--on", "plane:width=100,height=80", "--page", "letter", "--json"]);
+    let object: Value = serde_json::from_str(&said.stdout).unwrap();
+    assert_eq!((said.status, &object["pages"], &object["sidecar"]), (0, &Value::from(2), &Value::from("plane.json")));
+    for (arguments, words) in [
+        (&["new", "board", "kit.svg"][..], &["kit.svg", ".pdf"][..]),
+        (&["new", "board", "c.pdf", "--on", "cone:radius=30,height=50"], &["--on", "cylinder or a plane"]),
+        (&["new", "board", "c.pdf", "--page", "a7"], &["--page", "a4"]),
+        (&["new", "board", "c.pdf", "--on", "plane:width=900,height=900", "--page", "roll:1200"], &["the board's"]),
+        (&["new", "rods", "r.toml", "--on", "plane:width=10,height=8"], &["--on", "new board"]),
+    ] {
+        let said = folder.run(arguments);
+        assert_eq!(said.status, 2, "{arguments:?}: {}", said.stderr);
+        assert!(words.iter().all(|word| said.stderr.contains(word)), "{arguments:?}: {}", said.stderr);
+        assert!(!folder.path("c.pdf").exists() && !folder.path("c.json").exists());
+    }
+}

@@ -1,22 +1,16 @@
-//! The camera, and what its lens does to brightness.
+//! Checks of the calibration and of what it rests on.
 
-use super::session::{Session, name_of};
+use super::session::Session;
 use crate::board::Board;
-use crate::checks::{BLURRY, CALIBRATION_RMS, CALIBRATION_SIGMA, COVERAGE, CheckCode, Limits, PARTIAL, Reading, UNEVEN, VIEWS};
+use crate::checks::{BLURRY, CALIBRATION_RMS, CALIBRATION_SIGMA, COVERAGE, CheckCode, Limits, PARTIAL, Reading, VIEWS};
 use crate::dictionary::Dictionary;
 use crate::edges;
-use crate::flat::Falloff;
-use crate::lens::Lens;
-use crate::noise;
-use crate::photo::Samples;
-use crate::report::{Mark, PhotoView};
-use crate::shoot::{FlatMethod, Role};
-use crate::vision::calibrate::{self, BoardView, Calibration, FEWEST_CORNERS};
+use crate::shoot::Role;
+use crate::vision::calibrate::{BoardView, Calibration, FEWEST_CORNERS};
 use crate::vision::{GreyImage8, board, markers};
 use biscale::error::Result;
-use biscale::formats::capture::{Camera, FlatField, Severity};
+use biscale::formats::capture::Severity;
 use glam::DVec2;
-use std::path::PathBuf;
 
 /// A calibration fails at this many times the limit from which on it warns. Chosen.
 const FAIL_TIMES: f64 = 4.0;
@@ -24,66 +18,8 @@ const FAIL_TIMES: f64 = 4.0;
 const MARKER_SCALE: Limits = Limits { warn: 0.02, fail: 0.05 };
 
 impl Session<'_> {
-    /// Calibrates from the board views, or takes the camera that is given.
-    pub(super) fn camera(&mut self) -> Result<Option<Camera>> {
-        let shoot = self.shoot;
-        let files: Vec<_> = shoot.of_role(Role::Board).flat_map(|p| &p.files).collect();
-        let Some(layout) = shoot.board.as_ref().filter(|_| !files.is_empty()) else {
-            return Ok(self.given_camera());
-        };
-        let (names, views) = self.board_views(&files, layout)?;
-        let Some((width, height)) = self.size else { return Ok(self.given_camera()) };
-        let Some(calibration) = calibrate::calibrate(&views, width, height)? else {
-            let good = views.iter().filter(|v| v.len() >= FEWEST_CORNERS).count();
-            let message = format!("{good} views show the board well enough, too few to calibrate the camera; take more than {VIEWS}");
-            let reading = Reading::of_shoot(good as f64, "views");
-            self.checks.valued(CheckCode::TooFewViews, Severity::Fail, reading, f64::from(VIEWS), &message);
-            return Ok(self.given_camera());
-        };
-        self.calibration_checks(&calibration);
-        let dropped = self.dropped_views(&calibration, &names, &views);
-        self.report.corners = views.iter().zip(&calibration.used).filter(|(_, u)| **u).flat_map(|(v, _)| v.iter().map(|c| c.1)).collect();
-        let lens = calibration.lens;
-        self.lens = Some(lens);
-        let used = calibration.used.iter().filter(|u| **u).count();
-        Ok(Some(Camera {
-            source: "calibrated".into(),
-            sigma: Some(calibration.sigma),
-            rms_px: Some(calibration.rms),
-            views: u32::try_from(used).unwrap_or(u32::MAX),
-            dropped,
-            coverage: Some(calibration.coverage),
-            ..describe(&lens)
-        }))
-    }
-
-    /// The corners that each readable photograph of the board shows, with its name.
-    fn board_views(&mut self, files: &[&PathBuf], layout: &Board) -> Result<(Vec<String>, Vec<BoardView>)> {
-        let (mut names, mut views) = (Vec::new(), Vec::new());
-        for file in files {
-            let name = name_of(file);
-            let Some(photo) = self.photo(file)? else {
-                self.step("calibrating")?;
-                continue;
-            };
-            let encoded = photo.samples != Samples::Float;
-            let grey = GreyImage8::of(&photo.picture, encoded);
-            let found = board::detect(&grey, layout)?;
-            let mut view = PhotoView::new(&name, Role::Board.name(), &photo.picture, None, encoded);
-            view.marks.extend(found.markers.iter().map(|m| Mark::Outline(m.1.to_vec(), "marker")));
-            view.marks.extend(found.corners.iter().map(|c| Mark::Cross(c.1)));
-            view.row("corners", format!("{} of {}", found.corners.len(), layout.count()));
-            self.report.views.push(view);
-            self.board_checks(&name, &grey, &found, layout)?;
-            views.push(found.corners);
-            names.push(name);
-            self.step("calibrating")?;
-        }
-        Ok((names, views))
-    }
-
     /// Checks whether the calibration rests on enough views, all over the picture, and explains them.
-    fn calibration_checks(&mut self, calibration: &Calibration) {
+    pub(super) fn calibration_checks(&mut self, calibration: &Calibration) {
         let used = calibration.used.iter().filter(|u| **u).count();
         let (severity, message) = if used > VIEWS as usize {
             (Severity::Ok, "enough views of the board")
@@ -114,7 +50,7 @@ impl Session<'_> {
     }
 
     /// Tells the reprojection error of each view; returns the names of those that the calibration left out.
-    fn dropped_views(&mut self, calibration: &Calibration, names: &[String], views: &[BoardView]) -> Vec<String> {
+    pub(super) fn dropped_views(&mut self, calibration: &Calibration, names: &[String], views: &[BoardView]) -> Vec<String> {
         let mut dropped = Vec::new();
         for (k, name) in names.iter().enumerate() {
             let error = calibration.view_errors[k];
@@ -135,7 +71,7 @@ impl Session<'_> {
     }
 
     /// What a board view shows, or why it does not.
-    fn board_checks(&mut self, name: &str, grey: &GreyImage8, found: &board::DetectedBoard, layout: &Board) -> Result<()> {
+    pub(super) fn board_checks(&mut self, name: &str, grey: &GreyImage8, found: &board::DetectedBoard, layout: &Board) -> Result<()> {
         if found.corners.is_empty() {
             return self.nothing_found(name, grey, layout.dictionary.as_ref(), "the board", Severity::Warn);
         }
@@ -186,92 +122,9 @@ impl Session<'_> {
         self.checks.add(CheckCode::BoardNotFound, severity, Some(name), message);
         Ok(())
     }
-
-    fn given_camera(&mut self) -> Option<Camera> {
-        let given = self.shoot.camera.given?;
-        // The size comes from the first photograph of a sample.
-        let (width, height) = match self.size {
-            Some(size) => size,
-            None => {
-                let file = self.shoot.photos.iter().find(|p| p.role.is_sample()).or(self.shoot.photos.first())?.files.first()?;
-                crate::photo::size(file).ok()?
-            }
-        };
-        self.size = Some((width, height));
-        let lens = given.lens(width, height);
-        self.lens = Some(lens);
-        Some(describe(&lens))
-    }
-
-    /// Falloff and noise, from the photographs of an even surface.
-    pub(super) fn flat_field(&mut self) -> Result<Option<FlatField>> {
-        let shoot = self.shoot;
-        let mut first: Option<crate::linear::LinearPhoto> = None;
-        let mut name = String::new();
-        for spec in shoot.of_role(Role::Flat) {
-            for k in 0..spec.files.len() {
-                let shot = self.shot_of(spec, k..k + 1)?;
-                self.step("flat field")?;
-                let Some(shot) = shot else { continue };
-                let mut view = PhotoView::new(&shot.name, Role::Flat.name(), &shot.linear.picture, Some(&shot.linear.saturated), false);
-                view.row("saturated", format!("{:.2} %", 100.0 * share(&shot.linear.saturated)));
-                self.report.views.push(view);
-                match &first {
-                    None => {
-                        name.clone_from(&shot.name);
-                        first = Some(shot.linear);
-                    }
-                    Some(one) if self.sensor.is_none() => self.sensor = noise::measure(one, &shot.linear),
-                    Some(_) => {}
-                }
-            }
-        }
-        let Some(photo) = first else { return Ok(None) };
-        let middle = 0.5 * DVec2::new((photo.picture.width - 1) as f64, (photo.picture.height - 1) as f64);
-        let centre = self.lens.map_or(middle, |l| l.centre);
-        let Some(flat) = Falloff::fit(&photo, centre, shoot.camera.flat) else {
-            let message = "the flat field is saturated, dark or uneven all over: take it again at about half of the scale";
-            self.checks.add(CheckCode::UnevenLight, Severity::Fail, Some(&name), message);
-            return Ok(None);
-        };
-        let bad = "the light of the flat field falls off from one side to the other: turn the surface by half a turn and take the mean, or light it more evenly";
-        self.checks.limit(
-            CheckCode::UnevenLight,
-            Reading::of(&name, flat.tilt, "relative, over the picture"),
-            UNEVEN,
-            "the flat field is even",
-            bad,
-        );
-        let out = FlatField {
-            method: if flat.method == FlatMethod::Divide { "divide" } else { "radial" }.into(),
-            radial: flat.radial,
-            darkest: flat.darkest,
-            residual: flat.residual,
-        };
-        self.flat = Some(flat);
-        Ok(Some(out))
-    }
 }
 
 /// Share of `true`.
 pub(super) fn share(marks: &[bool]) -> f64 {
     marks.iter().filter(|m| **m).count() as f64 / marks.len().max(1) as f64
-}
-
-fn describe(lens: &Lens) -> Camera {
-    Camera {
-        width: u32::try_from(lens.width).unwrap_or(u32::MAX),
-        height: u32::try_from(lens.height).unwrap_or(u32::MAX),
-        fx: lens.focal.x,
-        fy: lens.focal.y,
-        cx: lens.centre.x,
-        cy: lens.centre.y,
-        distortion: lens.distortion,
-        sigma: None,
-        source: "given".into(),
-        rms_px: None,
-        views: 0,
-        dropped: Vec::new(),
-        coverage: None,
-    }
 }

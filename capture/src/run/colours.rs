@@ -1,7 +1,7 @@
 //! Colour: the matrix from a checker, or from the patches of our own sheet, and how bright each light is.
 
 use super::read::Shot;
-use super::register;
+use super::register::{self, Falloffs, Registered};
 use super::session::{CheckerColour, Session};
 use crate::checks::{CHECKER, CLIPPED, CheckCode, NOT_LINEAR, Reading};
 use crate::colour::{Correction, GREYS, checker_rgb, fit, grey_exponent};
@@ -42,11 +42,9 @@ impl Session<'_> {
 
     fn one_checker(&mut self, spec: &PhotoSpec, mut shot: Shot) -> Result<()> {
         let name = shot.name.clone();
-        if let Some(flat) = &self.flat {
-            flat.divide(&mut shot.linear.picture);
-        }
+        self.divide(&mut shot);
         let photo = &shot.linear;
-        let found = checker::find(&photo.picture, &photo.saturated, self.lens.as_ref(), spec.checker_px)?;
+        let found = checker::find(&photo.picture, &photo.saturated, self.groups[shot.group].lens.as_ref(), spec.checker_px)?;
         let mut view = PhotoView::new(&name, Role::Checker.name(), &photo.picture, Some(&photo.saturated), false);
         let seen = found.filter(|c| c.correction.mean_delta_e() < NO_CHECKER);
         let Some(found) = seen else {
@@ -130,11 +128,10 @@ impl Session<'_> {
             return Ok(());
         }
         let Some(spec) = shoot.photos.iter().find(|p| p.role == Role::Distant) else { return Ok(()) };
-        let Some(mut shot) = self.quietly(|s| s.shot(spec))? else { return Ok(()) };
-        let Some((pose, lens)) = self.quietly(|s| s.pose_of(spec, &shot))? else { return Ok(()) };
-        if let Some(flat) = &self.flat {
-            flat.divide(&mut shot.linear.picture);
-        }
+        let Some(shot) = self.quietly(|s| s.shot(spec))? else { return Ok(()) };
+        let (shot, registered) = self.quietly(|s| s.place(spec, shot, Falloffs::Divided, false))?;
+        let Some(Registered { found, lens, .. }) = registered else { return Ok(()) };
+        let pose = found.pose;
         let (mut measured, mut reference) = (Vec::new(), Vec::new());
         for patch in &sheet.patches {
             let [low, high] = patch.rectangle_mm.map(glam::DVec2::from);
@@ -161,7 +158,7 @@ impl Session<'_> {
     }
 
     /// Runs a step without keeping its checks and views: they are told elsewhere.
-    fn quietly<T>(&mut self, work: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
+    pub(super) fn quietly<T>(&mut self, work: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
         let (checks, views, settings) = (self.checks.clone(), self.report.views.len(), self.settings.clone());
         let out = work(self);
         (self.checks, self.settings) = (checks, settings);

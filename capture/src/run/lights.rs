@@ -1,13 +1,14 @@
 //! The directions of the lights.
 
 use super::read::Shot;
+use super::register::{Falloffs, Registered};
 use super::session::Session;
-use crate::checks::{CheckCode, LIGHT, Reading};
+use crate::checks::{CheckCode, LIGHT, Reading, UNEVEN};
 use crate::edges::GreyImage;
 use crate::lens::{Lens, Pose};
 use crate::light::{self, DirectionEstimate};
 use crate::report::{Mark, PhotoView};
-use crate::shoot::{PhotoSpec, Role, Stick};
+use crate::shoot::{PhotoSpec, Role, Shape, Stick};
 use crate::vision::{GreyImage8, Luminance, circle};
 use biscale::error::Result;
 use biscale::formats::capture::{Light, LightSource, Severity};
@@ -48,7 +49,7 @@ impl Session<'_> {
         }
         for spec in shoot.of_role(Role::Light) {
             if let Some(shot) = self.shot(spec)?
-                && let Some(source) = self.light_of(spec, &shot)?
+                && let Some(source) = self.light_of(spec, shot)?
             {
                 sources.entry(spec.light.clone()).or_default().push(source);
             }
@@ -75,9 +76,14 @@ impl Session<'_> {
                 check.message = format!("light \"{name}\": {}", check.message);
             }
         }
+        let position = self.shoot.lights.iter().find(|l| l.name == name).and_then(|l| l.position);
+        if let Some(place) = position {
+            self.near_lamp(&name, place.length());
+        }
         Some(Light {
             name,
             direction: best.direction.into(),
+            position_mm: position.map(Into::into),
             sigma_deg: best.sigma.to_degrees(),
             irradiance_rgb: None,
             sources,
@@ -85,18 +91,38 @@ impl Session<'_> {
         })
     }
 
+    /// Tells how uneven the light of a lamp at this distance from the origin is over the sample.
+    fn near_lamp(&mut self, name: &str, distance: f64) {
+        let reach = match self.shoot.sample.shape {
+            Shape::Plane(size) => 0.5 * size.length(),
+            Shape::Cylinder { radius, height, .. } => radius.hypot(0.5 * height),
+        };
+        // Of all points within that reach: nearest to farthest, and seen from the lamp.
+        let nearest = (distance - reach).max(0.0);
+        let uneven = ((distance + reach) / nearest).powi(2) - 1.0;
+        let turn = (reach / distance).min(1.0).asin().to_degrees();
+        let bad = format!(
+            "light \"{name}\": its lamp is {distance:.0} mm away, so that its light differs by up to this over the sample, and its direction by up to {turn:.1} degrees; a fit takes it as \
+             far away: move it away, or fit a small part"
+        );
+        let reading = Reading::of_shoot(uneven, "nearest over farthest place, less 1");
+        self.checks.limit(CheckCode::UnevenLight, reading, UNEVEN, &format!("light \"{name}\": its lamp is far enough away"), &bad);
+    }
+
     /// What one photograph of a ball or stick tells.
-    fn light_of(&mut self, spec: &PhotoSpec, shot: &Shot) -> Result<Option<LightSource>> {
+    fn light_of(&mut self, spec: &PhotoSpec, shot: Shot) -> Result<Option<LightSource>> {
         let name = shot.name.clone();
+        let (shot, registered) = self.place(spec, shot, Falloffs::Kept, false)?;
+        let shot = &shot;
         let mut view = PhotoView::new(&name, Role::Light.name(), &shot.linear.picture, Some(&shot.linear.saturated), false);
-        let pose = self.pose_of(spec, shot)?;
-        let Some((pose, lens)) = pose else {
+        let Some(Registered { found, lens, .. }) = registered else {
             self.report.views.push(view);
             let message =
                 "where the camera stood is not known: the board or sheet of the sample must be seen together with the ball or stick";
             self.checks.add(CheckCode::LightNotFound, Severity::Fail, Some(&name), message);
             return Ok(None);
         };
+        let pose = found.pose;
         let (kind, found) = match spec.stick {
             Some(stick) => ("stick", self.stick(&stick, shot, &pose, &lens, &mut view)),
             None => ("mirror-ball", self.ball(spec, shot, &pose, &lens, &mut view)?),

@@ -1,13 +1,16 @@
 //! A whole shoot: every photograph read, measured, checked and written.
 
 mod calibration;
+mod cameras;
 mod close_up;
 mod colours;
+mod flat_fields;
 mod lights;
 mod read;
 mod register;
 mod samples;
 mod session;
+mod turned;
 mod write;
 
 pub use session::RunOptions;
@@ -38,24 +41,23 @@ pub fn run(shoot: &Shoot, options: &RunOptions, folder: &Path, control: &Control
         folder,
         checks: Checks::default(),
         report: Report::default(),
-        size: None,
+        groups: Vec::new(),
         settings: CameraSettings::default(),
-        lens: None,
-        flat: None,
-        sensor: None,
         colours: None,
         brightness: BTreeMap::new(),
         done: 0,
         all,
     };
-    let camera = session.camera()?;
-    let flat_field = session.flat_field()?;
+    session.cameras()?;
+    session.flat_fields()?;
     let colour = session.colour()?;
     let mut lights = session.lights()?;
     session.irradiance(&mut lights);
     let made = session.samples(&lights)?;
     session.compare_lights(&made.photographs, &lights);
     session.settings_checks();
+    let (camera, main, photographs) = session.written_cameras(made.photographs);
+    let flat_field = session.written_flat(main);
     let capture = Capture {
         creator: format!("{CREATOR} {}", env!("CARGO_PKG_VERSION")),
         format: FORMAT,
@@ -65,7 +67,7 @@ pub fn run(shoot: &Shoot, options: &RunOptions, folder: &Path, control: &Control
         camera,
         sample: sample(&shoot.sample.shape),
         lights,
-        photographs: made.photographs,
+        photographs,
         colour,
         flat_field,
         close_up: made.close_up,

@@ -1,10 +1,11 @@
 //! Reading photographs into linear values, with the checks that concern files and settings.
 
-use super::session::{Session, name_of};
+use super::session::{LensGroup, Session, name_of};
 use crate::checks::{CheckCode, NOT_LINEAR, Reading};
+use crate::lens_group::{LensKey, Turn};
 use crate::linear::{self, Exposure, LinearPhoto};
 use crate::photo::{self, Photo, Samples};
-use crate::shoot::PhotoSpec;
+use crate::shoot::{PhotoSpec, Role};
 use biscale::error::{Error, Result};
 use biscale::formats::capture::{self, Severity};
 use std::path::Path;
@@ -20,11 +21,25 @@ pub(super) struct Shot {
     pub samples: Samples,
     pub gain: f64,
     pub brackets: usize,
+    /// Its place in [`Session::groups`].
+    pub group: usize,
+    /// Whether its pixels were turned back by a quarter.
+    pub turn: Turn,
+}
+
+impl Shot {
+    /// The same with the pixels turned by a half.
+    pub(super) fn half_turned(mut self) -> Self {
+        self.linear.picture = self.linear.picture.half_turned();
+        self.linear.saturated.reverse();
+        self
+    }
 }
 
 impl Session<'_> {
-    /// Reads a file, and checks that it can be read and has the size of the others. What cannot is told, and `None`.
-    pub(super) fn photo(&mut self, file: &Path) -> Result<Option<Photo>> {
+    /// Reads a file of an entry, and checks that it can be read and was taken through a lens that is known; `None` after it was told why not. With it
+    /// comes the place of its lens in [`Session::groups`]; pixels turned by a quarter are turned back (or by a half away from that).
+    pub(super) fn photo(&mut self, spec: &PhotoSpec, file: &Path) -> Result<Option<(Photo, usize, Turn)>> {
         let name = name_of(file);
         let photo = match photo::read(file) {
             Ok(photo) => photo,
@@ -34,17 +49,74 @@ impl Session<'_> {
             }
             Err(other) => return Err(other),
         };
-        let size = (photo.picture.width, photo.picture.height);
-        let (width, height) = *self.size.get_or_insert(size);
-        if size != (width, height) {
-            let problem = format!(
-                "it is {} x {} pixels and the first photograph {width} x {height}: a crop or another camera has another centre; take all alike",
-                size.0, size.1
-            );
-            self.checks.add(CheckCode::WrongSize, Severity::Fail, Some(&name), problem);
+        let key = LensKey::of(spec.lens.as_deref(), (photo.picture.width, photo.picture.height), &photo.metadata);
+        let Some((group, turn)) = self.group_of(&key, &name) else { return Ok(None) };
+        let others = group > 0 || self.groups.iter().any(|g| g.lens.is_some());
+        if spec.role != Role::Board && self.groups[group].lens.is_none() && others {
+            self.no_calibration(&key, &name);
             return Ok(None);
         }
-        Ok(Some(photo))
+        if turn == Turn::Quarter {
+            let message = "its pixels are turned by a quarter against those of the other photographs; they were turned back (write `dcraw -t 0` to leave them as the sensor has them)";
+            self.checks.add(CheckCode::Turned, Severity::Warn, Some(&name), message);
+            let photo = Photo { picture: photo.picture.quarter_turned(), ..photo };
+            return Ok(Some((photo, group, turn)));
+        }
+        Ok(Some((photo, group, turn)))
+    }
+
+    /// The group of a photograph, a new one if none holds it; `None`, and a check, if several might.
+    fn group_of(&mut self, key: &LensKey, name: &str) -> Option<(usize, Turn)> {
+        let held: Vec<(usize, Turn)> = self.groups.iter().enumerate().filter_map(|(k, g)| g.key.holds(key).map(|turn| (k, turn))).collect();
+        match held[..] {
+            [] => {
+                let scaled = self.groups.iter().find_map(|g| Some((g, g.lens?, g.key.scaled(key)?)));
+                let mut group = LensGroup { key: key.clone(), first: name.to_owned(), ..LensGroup::default() };
+                if let Some((from, lens, factor)) = scaled {
+                    let lens = lens.resized(key.size);
+                    let message = format!(
+                        "it is {factor:.3} times as large as {} through the same lens: it is taken as that picture reduced as a whole, and not as a cut of it; better \
+                         take all photographs at one size",
+                        from.first
+                    );
+                    group.camera = from.camera.as_ref().map(|c| super::cameras::with_lens(c, &lens));
+                    group.lens = Some(lens);
+                    self.checks.add(CheckCode::WrongSize, Severity::Warn, Some(name), message);
+                }
+                self.groups.push(group);
+                Some((self.groups.len() - 1, Turn::None))
+            }
+            [(k, turn)] => {
+                // What the first file did not tell, a later one may.
+                let known = &mut self.groups[k].key;
+                known.focal_mm = known.focal_mm.or(key.focal_mm);
+                known.focal_35mm = known.focal_35mm.or(key.focal_35mm);
+                Some((k, turn))
+            }
+            _ => {
+                let message = format!(
+                    "photographs of {} x {} pixels were taken through several lenses, and this file does not tell through which: write `lens = \"NAME\"` here and at the \
+                     board views through the same lens",
+                    key.size.0, key.size.1
+                );
+                self.checks.add(CheckCode::SettingsChanged, Severity::Fail, Some(name), message);
+                None
+            }
+        }
+    }
+
+    /// A photograph through a lens, or of a size, that no board was photographed with.
+    fn no_calibration(&mut self, key: &LensKey, name: &str) {
+        let known: Vec<String> = self.groups.iter().filter(|g| g.lens.is_some()).map(|g| g.key.describe()).collect();
+        let same_size = self.groups.iter().any(|g| g.lens.is_some() && g.key.size == key.size);
+        let known = if known.is_empty() { format!("the first photograph is {}", self.groups[0].key.describe()) } else { known.join("; ") };
+        let message = format!(
+            "it is {}, and the camera is known for {known}: a crop, another lens or zoom has another focal length and centre; photograph the board with this lens at \
+             this size, too (more than 10 views), or take all photographs alike",
+            key.describe()
+        );
+        let code = if same_size { CheckCode::SettingsChanged } else { CheckCode::WrongSize };
+        self.checks.add(code, Severity::Fail, Some(name), message);
     }
 
     /// Reads all files of an entry as brackets of one view, in sensor values over exposure. What makes it unusable is told, and `None`.
@@ -58,10 +130,12 @@ impl Session<'_> {
         let mut brackets = Vec::new();
         let mut seconds = Vec::new();
         let (mut known, mut f_known, mut gain, mut samples) = (true, None, 1.0, Samples::Float);
+        let (mut group, mut turn) = (0, Turn::None);
         for k in range {
             let file = &spec.files[k];
             let name = name_of(file);
-            let Some(photo) = self.photo(file)? else { return Ok(None) };
+            let Some((photo, place, turned)) = self.photo(spec, file)? else { return Ok(None) };
+            (group, turn) = (place, turned);
             if let Some(why) = linear::why_not_linear(&photo, &self.shoot.camera, self.options.assume_srgb) {
                 let message = format!(
                     "{why}; convert the camera's raw file to linear 16-bit TIFF or EXR, or take it as sRGB (`assume_srgb`), which loses accuracy (if \
@@ -80,7 +154,7 @@ impl Session<'_> {
             let time = spec.seconds.get(k).copied().or(meta.seconds);
             let f_number = spec.f_number.or(meta.f_number);
             gain = spec.iso.or(meta.iso).map_or(1.0, |iso| iso / 100.0);
-            self.remember(&name, f_number, meta.focal_mm, meta.model);
+            self.remember(&name, group, f_number, meta.model);
             known &= time.is_some();
             f_known = f_number;
             seconds.push(time.unwrap_or(1.0));
@@ -103,7 +177,7 @@ impl Session<'_> {
         let count = brackets.len();
         let Some(linear) = linear::merge(brackets) else { return Ok(None) };
         let exposure = known.then_some(capture::Exposure { seconds, gain, f_number: f_known, divisor: linear.divisor });
-        Ok(Some(Shot { name, linear, exposure, samples, gain, brackets: count }))
+        Ok(Some(Shot { name, linear, exposure, samples, gain, brackets: count, group, turn }))
     }
 
     /// Brackets of one view must differ by their exposure and nothing else.
@@ -128,22 +202,18 @@ impl Session<'_> {
     }
 
     /// Compares settings with those of the photographs before.
-    fn remember(&mut self, name: &str, f_number: Option<f64>, focal_mm: Option<f64>, model: Option<String>) {
+    fn remember(&mut self, name: &str, group: usize, f_number: Option<f64>, model: Option<String>) {
         let mut changed = Vec::new();
-        let settings = &mut self.settings;
-        let mut number = |what: &str, slot: &mut Option<(f64, String)>, value: Option<f64>| {
-            if let Some(v) = value {
-                match slot {
-                    Some((before, at)) if (v / *before - 1.0).abs() > SAME_SETTING => {
-                        changed.push(format!("{what} is {v} and was {before} in {at}"));
-                    }
-                    Some(_) => {}
-                    None => *slot = Some((v, name.to_owned())),
+        if let Some(v) = f_number {
+            match &self.groups[group].f_number {
+                Some((before, at)) if (v / before - 1.0).abs() > SAME_SETTING => {
+                    changed.push(format!("the f-number is {v} and was {before} in {at}"));
                 }
+                Some(_) => {}
+                None => self.groups[group].f_number = Some((v, name.to_owned())),
             }
-        };
-        number("the f-number", &mut settings.f_number, f_number);
-        number("the focal length in mm", &mut settings.focal_mm, focal_mm);
+        }
+        let settings = &mut self.settings;
         if let Some(m) = model {
             match &settings.model {
                 Some((before, at)) if *before != m => changed.push(format!("the camera is \"{m}\" and was \"{before}\" in {at}")),

@@ -3,11 +3,13 @@
 use super::calibration::share;
 use super::read::Shot;
 use super::session::Session;
+use super::turned;
 use crate::board::{Board, BoardKind};
 use crate::checks::{CheckCode, PARTIAL, POSE, Reading, SCALE, UNEVEN};
 use crate::edge_pose::{self, PrintedMarkers};
 use crate::edges::GreyImage;
 use crate::lens::{Lens, Pose};
+use crate::lens_group::Turn;
 use crate::photo::PlanarImage;
 use crate::pose::{self, PoseEstimate, RelativeScale, Sighting};
 use crate::report::Mark;
@@ -28,6 +30,21 @@ pub(super) struct Registered {
     pub lens: Lens,
     /// What the report draws over the photograph.
     pub marks: Vec<Mark>,
+}
+
+/// Whether falloff is to be divided out of a photograph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Falloffs {
+    Divided,
+    Kept,
+}
+
+/// What a look for the sample ends with.
+enum Placement {
+    Found(Box<Registered>),
+    NotFound,
+    /// The pixels are turned by a half.
+    HalfTurned,
 }
 
 /// Which checks of markers are made, and what is visible. All are chosen, not measured.
@@ -106,27 +123,58 @@ struct SeenMarkers<'a> {
 }
 
 impl Session<'_> {
-    /// Pose and camera of a photograph, without the checks of its markers.
-    pub(super) fn pose_of(&mut self, spec: &PhotoSpec, shot: &Shot) -> Result<Option<(Pose, Lens)>> {
-        let registered = self.register(spec, &shot.name, &shot.linear.picture, false)?;
-        Ok(registered.map(|r| (r.found.pose, r.lens)))
+    /// Divides a photograph by the falloff of its lens, if that is known.
+    pub(super) fn divide(&self, shot: &mut Shot) {
+        if let Some(flat) = &self.groups[shot.group].flat {
+            flat.divide(&mut shot.linear.picture);
+        }
+    }
+
+    /// Finds where the sample is in a photograph, with checks of the markers if `thorough`; one whose pixels are turned by a half is turned back.
+    pub(super) fn place(
+        &mut self,
+        spec: &PhotoSpec,
+        mut shot: Shot,
+        falloffs: Falloffs,
+        thorough: bool,
+    ) -> Result<(Shot, Option<Registered>)> {
+        if falloffs == Falloffs::Divided {
+            self.divide(&mut shot);
+        }
+        match self.register(spec, &shot, thorough)? {
+            Placement::Found(registered) => return Ok((shot, Some(*registered))),
+            Placement::NotFound => return Ok((shot, None)),
+            Placement::HalfTurned => {}
+        }
+        // The falloff was divided out the wrong way round: it is read anew.
+        let Some(again) = self.quietly(|s| s.shot(spec))? else { return Ok((shot, None)) };
+        let mut shot = again.half_turned();
+        if shot.turn == Turn::None {
+            self.checks.add(CheckCode::Turned, Severity::Warn, Some(&shot.name), turned::MESSAGE);
+        }
+        if falloffs == Falloffs::Divided {
+            self.divide(&mut shot);
+        }
+        let placed = self.register(spec, &shot, thorough)?;
+        Ok((shot, if let Placement::Found(registered) = placed { Some(*registered) } else { None }))
     }
 
     /// Finds the sample by its markers, or takes the view that is given; with checks of the markers if `thorough`.
-    pub(super) fn register(&mut self, spec: &PhotoSpec, name: &str, picture: &PlanarImage, thorough: bool) -> Result<Option<Registered>> {
+    fn register(&mut self, spec: &PhotoSpec, shot: &Shot, thorough: bool) -> Result<Placement> {
+        let (name, picture) = (&*shot.name, &shot.linear.picture);
         let shoot = self.shoot;
         // A close-up may do without.
         let severity = if spec.role == Role::CloseUp { Severity::Warn } else { Severity::Fail };
-        let Some(lens) = self.lens else {
+        let Some(lens) = self.groups[shot.group].lens else {
             if !matches!(shoot.sample.on, Registration::None) || spec.view.is_some() {
                 let message = "the camera is not known: photograph a board, or write `focal_px` under [camera]";
                 self.checks.add(CheckCode::CalibrationError, severity, Some(name), message);
             }
-            return Ok(None);
+            return Ok(Placement::NotFound);
         };
         if let Some([eye, target, up]) = spec.view {
             let pose = Pose::looking_at(eye, target, up);
-            return Ok(Some(Registered { found: PoseEstimate::given(pose), lens, marks: Vec::new() }));
+            return Ok(Placement::Found(Box::new(Registered { found: PoseEstimate::given(pose), lens, marks: Vec::new() })));
         }
         let of_sheet;
         let layout = match (&shoot.sample.on, &shoot.board) {
@@ -140,10 +188,10 @@ impl Session<'_> {
                     let message = "nothing tells where the camera stood: name the `sheet` that the sample lies on, its place on the board (`board_mm`), or `eye` of the photograph";
                     self.checks.add(CheckCode::BoardNotFound, severity, Some(name), message);
                 }
-                return Ok(None);
+                return Ok(Placement::NotFound);
             }
         };
-        self.register_by_markers(name, picture, layout, &lens, severity, thorough)
+        self.register_by_markers(name, picture, layout, &lens, severity, (shot.turn, thorough))
     }
 
     /// Finds the markers, then the pose by their corners and by their sides, then checks both. Without markers or pose a check of this severity says so.
@@ -154,20 +202,31 @@ impl Session<'_> {
         layout: &Board,
         lens: &Lens,
         severity: Severity,
-        thorough: bool,
-    ) -> Result<Option<Registered>> {
+        (turn, thorough): (Turn, bool),
+    ) -> Result<Placement> {
         let shoot = self.shoot;
         let grey = GreyImage8::of(picture, false);
         let seen = board::detect(&grey, layout)?;
         if seen.corners.len() < pose::FEWEST {
             self.nothing_found(name, &grey, layout.dictionary.as_ref(), "a marker of the sample's sheet or board", severity)?;
-            return Ok(None);
+            return Ok(Placement::NotFound);
         }
         let sightings: Vec<Sighting> = seen.corners.iter().map(|c| Sighting { point: on_print(shoot, c.0, 1.0).0, pixel: c.1 }).collect();
         let Some(found) = pnp::pose(&sightings, lens)? else {
             self.checks.add(CheckCode::PoseError, severity, Some(name), "no place of the camera explains the markers");
-            return Ok(None);
+            return Ok(Placement::NotFound);
         };
+        let half = turned::by_a_half(&sightings, lens, turn)?;
+        if half.turned {
+            return Ok(Placement::HalfTurned);
+        }
+        if !half.certain {
+            let off = lens.centre.distance(lens.half_turned().centre);
+            let message = format!(
+                "which way round its pixels were turned by a quarter its markers hardly tell: if the other way, the lens's centre lies {off:.1} px away"
+            );
+            self.checks.add(CheckCode::Turned, Severity::Warn, Some(name), message);
+        }
         // The corners of a chessboard need no help; those of markers are biased.
         let found = if let (BoardKind::Markers, Some(dictionary)) = (layout.kind, &layout.dictionary) {
             let corners: Vec<[DVec2; 4]> = seen.markers.iter().filter_map(|m| board::marker_places(layout, m.0)).collect();
@@ -193,7 +252,7 @@ impl Session<'_> {
         }
         let mut marks: Vec<Mark> = seen.markers.iter().map(|m| Mark::Outline(m.1.to_vec(), "marker")).collect();
         marks.extend(seen.corners.iter().map(|c| Mark::Cross(c.1)));
-        Ok(Some(Registered { found, lens: *lens, marks }))
+        Ok(Placement::Found(Box::new(Registered { found, lens: *lens, marks })))
     }
 
     /// Checks the size of the print, which a cylinder of known radius shows.

@@ -2,7 +2,7 @@
 
 use super::calibration::share;
 use super::read::Shot;
-use super::register::Registered;
+use super::register::{Falloffs, Registered};
 use super::session::{Session, name_of};
 use super::write;
 use crate::checks::{CLIPPED, CheckCode, Reading, UNDEREXPOSED_FAIL, UNDEREXPOSED_WARN};
@@ -59,13 +59,10 @@ impl Session<'_> {
     }
 
     /// Registers, checks, corrects and writes one photograph of the sample.
-    fn one_sample(&mut self, spec: &PhotoSpec, mut shot: Shot, stem: &str, lights: &[Light], results: &mut SampleResults) -> Result<()> {
+    fn one_sample(&mut self, spec: &PhotoSpec, shot: Shot, stem: &str, lights: &[Light], results: &mut SampleResults) -> Result<()> {
         let name = shot.name.clone();
-        if let Some(flat) = &self.flat {
-            flat.divide(&mut shot.linear.picture);
-        }
+        let (mut shot, registered) = self.place(spec, shot, Falloffs::Divided, true)?;
         let mut view = PhotoView::new(&name, spec.role.name(), &shot.linear.picture, Some(&shot.linear.saturated), false);
-        let registered = self.register(spec, &name, &shot.linear.picture, true)?;
         self.light_of_sample(spec, &name, lights);
         let shape = self.shoot.sample.shape;
         if let Some(r) = &registered {
@@ -73,7 +70,7 @@ impl Session<'_> {
             view.marks.push(Mark::Outline(resample::outline(&shape, &r.found.pose, &r.lens), "sample"));
             describe_pose(&mut view, &r.found);
         }
-        let lens = registered.as_ref().map(|r| r.lens).or(self.lens);
+        let lens = registered.as_ref().map(|r| r.lens).or(self.groups[shot.group].lens);
         let mask = match (&registered, lens) {
             (Some(r), Some(lens)) => resample::sample_mask(&shape, &r.found.pose, &lens.pinhole(), MASK_BORDER_PX),
             _ => vec![true; shot.linear.picture.width * shot.linear.picture.height],
@@ -84,16 +81,18 @@ impl Session<'_> {
         if let Some(m) = matrix {
             multiply(&mut shot.linear.picture, m);
         }
-        let sensor = self.sensor.unwrap_or_else(|| noise::of_camera(&self.shoot.camera, shot.gain, shot.samples));
+        let sensor = self.groups[shot.group].sensor.unwrap_or_else(|| noise::of_camera(&self.shoot.camera, shot.gain, shot.samples));
         let noise = sensor.written(shot.linear.divisor, shot.brackets, matrix);
         if spec.role == Role::CloseUp && results.close_up.is_none() {
             (results.close_up, results.material) = self.close_up(spec, &shot, stem, registered.as_ref(), &mut view)?;
         }
+        let camera = self.groups[shot.group].camera.clone();
         let Shot { linear, exposure, .. } = shot;
         let (file, mask_file) = self.write_undistorted(linear, lens, &mask, stem, &mut view)?;
         self.report.views.push(view);
         results.photographs.push(Photograph {
             file,
+            camera,
             mask: mask_file,
             sources: spec.files.iter().map(|f| name_of(f)).collect(),
             role: spec.role.name().into(),

@@ -4,12 +4,15 @@ use crate::checks::Checks;
 use crate::colour::Correction;
 use crate::flat::Falloff;
 use crate::lens::Lens;
+use crate::lens_group::LensKey;
 use crate::noise::SensorNoise;
 use crate::report::Report;
 use crate::shoot::Shoot;
 use biscale::error::Result;
 use biscale::filter::Control;
+use biscale::formats::capture::Camera;
 use biscale::geometry::weave::Draft;
+use glam::DVec2;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -33,12 +36,9 @@ pub(super) struct Session<'a> {
     pub folder: &'a Path,
     pub checks: Checks,
     pub report: Report,
-    /// Size of all photographs: that of the first one.
-    pub size: Option<(usize, usize)>,
+    /// Photographs through one lens at one size: the first is that of the first photograph that was read.
+    pub groups: Vec<LensGroup>,
     pub settings: CameraSettings,
-    pub lens: Option<Lens>,
-    pub flat: Option<Falloff>,
-    pub sensor: Option<SensorNoise>,
     pub colours: Option<CheckerColour>,
     /// Light that checkers were under, and how bright it is relative to the first checker's.
     pub brightness: BTreeMap<String, f64>,
@@ -47,11 +47,26 @@ pub(super) struct Session<'a> {
     pub all: usize,
 }
 
+/// Photographs through one lens at one size, and what was measured of it.
+#[derive(Clone, Debug, Default)]
+pub(super) struct LensGroup {
+    pub key: LensKey,
+    /// The photograph that it was first met in.
+    pub first: String,
+    /// Its f-number as first seen, with the photograph that said it: falloff holds for one.
+    pub f_number: Option<(f64, String)>,
+    pub lens: Option<Lens>,
+    /// The same as it is written.
+    pub camera: Option<Camera>,
+    pub flat: Option<Falloff>,
+    pub sensor: Option<SensorNoise>,
+    /// Corners that its calibration used, px.
+    pub corners: Vec<DVec2>,
+}
+
 /// What must not change during a shoot, as first seen: with the photograph that said it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CameraSettings {
-    pub f_number: Option<(f64, String)>,
-    pub focal_mm: Option<(f64, String)>,
     pub model: Option<(String, String)>,
     /// Linear photographs whose exposure is not known, and how many there are in all.
     pub unknown: Vec<String>,

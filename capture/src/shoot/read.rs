@@ -127,7 +127,8 @@ fn board(t: TableReader<'_>) -> Result<Board> {
                 return Err(t.error_at("marker_mm", "the markers are not smaller than the squares", "measure both on the print"));
             }
             let first = t.choice("first_square", &["black", "white"])?.unwrap_or(0);
-            Board::charuco(columns, rows, square, marker, &of_board(&t)?, first == 0)
+            let number = i32::try_from(t.integer("first_id", 0, 1000)?.unwrap_or(0)).unwrap_or(0);
+            Board::charuco(columns, rows, square, marker, &of_board(&t)?, first == 0).numbered_from(number)
         }
         1 => Board::chessboard(count("columns")?, count("rows")?, length("square_mm")?),
         2 => {
@@ -245,10 +246,30 @@ fn direction(t: &TableReader<'_>, key: &'static str) -> Result<Option<DVec3>> {
 }
 
 fn light(t: TableReader<'_>) -> Result<LightSpec> {
-    let direction = direction(&t, "direction")?.ok_or_else(|| t.missing("direction", "[0.5, 0.0, 0.87]"))?;
+    let position = t.array::<3>("position_mm", PLACE)?.map(DVec3::from);
+    let towards = match (direction(&t, "direction")?, position) {
+        (Some(_), Some(_)) => {
+            return Err(t.error_at(
+                "position_mm",
+                "`direction` and `position_mm` are both given",
+                "keep one: the place tells the direction",
+            ));
+        }
+        (Some(direction), None) => direction,
+        (None, Some(place)) if place.length() < NO_LENGTH => {
+            return Err(t.error_at(
+                "position_mm",
+                "the lamp stands in the middle of the sample",
+                "write where it stands, in the sample's frame",
+            ));
+        }
+        (None, Some(place)) => place.normalize(),
+        (None, None) => return Err(t.missing("direction", "[0.5, 0.0, 0.87]")),
+    };
     let out = LightSpec {
         name: t.str("name")?.unwrap_or(ONLY_LIGHT).to_owned(),
-        direction,
+        direction: towards,
+        position,
         sigma_deg: t.f64("sigma_deg", range(1e-6, 90.0))?.unwrap_or(1.5),
     };
     t.finish()?;
@@ -278,6 +299,7 @@ fn photo(t: TableReader<'_>) -> Result<PhotoSpec> {
         iso: t.f64("iso", range(1.0, 1e7))?,
         f_number: t.f64("f_number", range(0.1, 1e3))?,
         light: t.str("light")?.unwrap_or(ONLY_LIGHT).to_owned(),
+        lens: t.str("lens")?.map(str::to_owned),
         checker_px: t.array::<8>("checker_px", PIXEL)?.map(|c| std::array::from_fn(|k| DVec2::new(c[2 * k], c[2 * k + 1]))),
         ball_px: t.array::<3>("ball_px", PIXEL)?,
         highlight_px: t.array::<2>("highlight_px", PIXEL)?.map(DVec2::from),

@@ -132,8 +132,10 @@ pub enum SurfaceKind {
 pub struct LightSpec {
     /// Its name.
     pub name: String,
-    /// Unit vector towards it, in the sample's frame.
+    /// Unit vector towards it from the origin, in the sample's frame.
     pub direction: DVec3,
+    /// Its place, mm, of a lamp that is near.
+    pub position: Option<DVec3>,
     /// How well it is known, degrees.
     pub sigma_deg: f64,
 }
@@ -197,6 +199,8 @@ pub struct PhotoSpec {
     pub f_number: Option<f64>,
     /// Name of the light.
     pub light: String,
+    /// Name of the lens (or of its focus), where size and Exif do not tell it apart from others: board views of the same name calibrate it.
+    pub lens: Option<String>,
     /// Corners of the checker, px: outer corners of the patches 1, 6, 24 and 19 (dark skin, bluish green, black, white).
     pub checker_px: Option<[DVec2; 4]>,
     /// The mirror ball's outline in the picture: middle and radius, px.

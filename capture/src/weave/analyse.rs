@@ -1,16 +1,19 @@
 //! The analysis, step by step: what repeats, whether threads explain it, and what else could.
 
 use super::analysis::{Analysis, Weave};
+use super::enlarged::{self, Reduced};
 use super::finding::{Finding, FindingCode};
 use super::input::{RectifiedPhoto, WeaveOptions, check};
 use super::orientation::Edges;
 use super::scale::{self, Scale};
 use super::{cloth, relief, threads};
-use biscale::error::Result;
+use biscale::error::{Error, Result};
 
 /// Fewest pixels from thread to thread for which a draft is trusted: the pitch of the finest of the drawn cloths that the figures of
 /// `docs/weave-analysis.md` are of (8 to 40 pixels).
 pub const MIN_PIXELS_A_THREAD: f64 = 8.0;
+/// Fewest pixels of a repeat in two directions that is taken for pyramids where no threads are seen: two threads of [`MIN_PIXELS_A_THREAD`].
+pub const MIN_PIXELS_A_REPEAT: f64 = 2.0 * MIN_PIXELS_A_THREAD;
 /// Most of the variation of a photograph that a cloth may leave unexplained. Chosen: the satin of the real fabrics, which is not recognised, leaves two
 /// thirds.
 pub const MAX_UNEXPLAINED: f64 = 0.5;
@@ -26,8 +29,29 @@ pub const MIN_CONFIDENCE: f64 = 0.05;
 /// Bad input if sizes do not fit together, if there are fewer than [`MIN_SIDE`](super::input::MIN_SIDE) pixels a side, or if a value is not a number.
 pub fn analyse(photo: &RectifiedPhoto<'_>, options: &WeaveOptions) -> Result<Analysis> {
     check(photo)?;
-    let mut result =
-        Analysis { mm_per_pixel: photo.mm_per_pixel, turn_deg: None, edge_turn_deg: None, weave: None, relief: None, findings: Vec::new() };
+    let Some(factor) = enlarged::factor(photo) else { return as_taken(photo, options) };
+    let message = format!(
+        "the picture was enlarged {factor:.2} times: it shows no more than one of {:.0} x {:.0} pixels, which is what is analysed; photograph from nearer",
+        photo.width as f64 / factor,
+        photo.height as f64 / factor
+    );
+    let finding = Finding { code: FindingCode::Undersampled, message, measured: factor, threshold: 1.0 };
+    let small = Reduced::of(photo, factor);
+    let mut result = match as_taken(&small.photo(), options) {
+        Ok(result) => result,
+        // Too small for an analysis.
+        Err(Error::BadInput(_)) => Analysis::nothing(None),
+        Err(other) => return Err(other),
+    };
+    result.mm_per_pixel = photo.mm_per_pixel;
+    result.findings.insert(0, finding);
+    Ok(result)
+}
+
+/// Analyses a photograph whose pixels are those of the camera.
+fn as_taken(photo: &RectifiedPhoto<'_>, options: &WeaveOptions) -> Result<Analysis> {
+    check(photo)?;
+    let mut result = Analysis::nothing(photo.mm_per_pixel);
     let scale = match scale::find(photo) {
         Ok(scale) => scale,
         Err((measured, threshold)) => {
@@ -65,6 +89,16 @@ fn without_threads(photo: &RectifiedPhoto<'_>, scale: &Scale, options: &WeaveOpt
                 100.0 * measured
             );
             result.findings.push(Finding { code: FindingCode::NoPeriod, message, measured, threshold: relief::MIN_REPEATING });
+            return;
+        }
+    }
+    if let [a, b] = scale.lattice.basis[..] {
+        let pixels = scale.field.factor as f64 / a.length().max(b.length());
+        if pixels < MIN_PIXELS_A_REPEAT {
+            let message = format!(
+                "something repeats after {pixels:.1} pixels in two directions; threads or pyramids, {MIN_PIXELS_A_REPEAT} pixels a repeat tell: photograph from nearer"
+            );
+            result.findings.push(Finding { code: FindingCode::Undersampled, message, measured: pixels, threshold: MIN_PIXELS_A_REPEAT });
             return;
         }
     }

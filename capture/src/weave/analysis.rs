@@ -71,6 +71,11 @@ pub struct Analysis {
 }
 
 impl Analysis {
+    /// One that found nothing yet.
+    pub(super) fn nothing(mm_per_pixel: Option<f64>) -> Self {
+        Self { mm_per_pixel, turn_deg: None, edge_turn_deg: None, weave: None, relief: None, findings: Vec::new() }
+    }
+
     /// All of it for `close_up.weave` of a capture file; the draft as texts, one a weft, the lowest first.
     pub fn to_json(&self) -> serde_json::Value {
         let weave = self.weave.as_ref().map(|w| {

@@ -19,6 +19,7 @@ mod class;
 mod cloth;
 mod draft_fit;
 mod drafts;
+mod enlarged;
 mod field;
 mod finding;
 mod fold;

@@ -8,6 +8,7 @@
 )]
 
 pub mod flat_shoot;
+pub mod phone;
 
 use biscale::numerics::random::mix;
 use biscale_capture::board::{Board, BoardKind};

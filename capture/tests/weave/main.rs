@@ -167,6 +167,47 @@ fn threads_of_few_pixels_are_undersampled() {
     assert!((warp.pitch.value / 5.0 - 1.0).abs() < 0.01, "the period is measured all the same: {:?}", warp.pitch);
 }
 
+/// A picture enlarged by an image program.
+fn enlarged(picture: &Picture, factor: f64, filter: image::imageops::FilterType) -> Picture {
+    let small =
+        image::Rgb32FImage::from_raw(picture.width as u32, picture.height as u32, picture.rgb.iter().flatten().copied().collect()).unwrap();
+    let size = |n: usize| (n as f64 * factor).round() as u32;
+    let large = image::imageops::resize(&small, size(picture.width), size(picture.height), filter);
+    Picture { width: large.width() as usize, height: large.height() as usize, rgb: large.pixels().map(|p| p.0).collect() }
+}
+
+/// More pixels are not more sight: the threads of an enlarged picture have as many pixels as before, and none are invented.
+#[test]
+fn an_enlarged_picture_is_taken_as_what_it_was() {
+    use image::imageops::FilterType::{CatmullRom, Nearest, Triangle};
+    let z = Class::Twill { over: 2, under: 2, direction: TwillDirection::Z };
+    let twill = Cloth { draft: Cloth::draft_of(2, 2, 1), pitch: [9.0, 9.6], size: [240, 240], ..base() };
+    for (factor, filter) in [(3.0, Nearest), (3.0, Triangle), (3.0, CatmullRom), (2.5, Triangle)] {
+        let found = see(&enlarged(&twill.draw(), factor, filter));
+        assert!(codes(&found).contains(&FindingCode::Undersampled), "{factor} by {filter:?}: {:?}", found.findings);
+        let weave = found.weave.unwrap_or_else(|| panic!("{factor} by {filter:?}: {:?}", found.findings));
+        assert_eq!(weave.class, z, "{factor} by {filter:?}");
+        assert!((weave.warp.pixels / 9.0 - 1.0).abs() < 0.03, "{factor} by {filter:?}: {}", weave.warp.pixels);
+        // Lengths are in pixels of the picture that was given.
+        assert!((weave.warp.pitch.value / (9.0 * factor) - 1.0).abs() < 0.03, "{factor} by {filter:?}: {:?}", weave.warp.pitch);
+    }
+    // Threads of less than three pixels: what they are is not told, and no relief is made up.
+    for draft in [Cloth::draft_of(4, 1, 2), Cloth::draft_of(2, 2, 1)] {
+        let fine = Cloth { draft, pitch: [2.8, 2.9], blur: 0.5, size: [260, 260], ..base() };
+        let found = see(&enlarged(&fine.draw(), 3.0, CatmullRom));
+        assert!(codes(&found).contains(&FindingCode::Undersampled), "{:?}", found.findings);
+        assert!(found.relief.is_none(), "{:?}", found.relief);
+        if let Some(weave) = &found.weave {
+            assert!(weave.warp.pixels < 8.0, "{weave:?}");
+        }
+    }
+    // What a camera took is left as it is, threads that lie along the pixels included.
+    for pitch in [[10.0, 10.0], [12.0, 12.0], [9.0, 9.0]] {
+        let found = see(&Cloth { pitch, turn_deg: 0.0, uneven: 0.0, noise: 0.0, fibres: 0.0, ..base() }.draw());
+        assert_eq!(codes(&found), [], "{pitch:?}: {:?}", found.findings);
+    }
+}
+
 #[test]
 fn grooves_are_measured_and_written() {
     let period = 23.0;

@@ -15,4 +15,6 @@ pub mod options;
 pub mod output;
 pub mod page;
 pub mod pairs;
+pub mod paper;
 pub mod progress;
+pub mod wrap_sidecar;

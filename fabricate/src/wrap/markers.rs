@@ -69,12 +69,13 @@ pub(super) fn marker_places(part: &PagePart, frame: &SheetFrame, size: DVec2) ->
     places
 }
 
-pub(super) fn draw_marker(page: &mut Page, id: usize, corner: DVec2) {
-    let cell = MARKER / CELLS as f64;
+/// Draws a marker whose lower left corner and side are these, mm.
+pub(super) fn draw_marker(page: &mut Page, id: usize, corner: DVec2, side: f64) {
+    let cell = side / CELLS as f64;
     let square = |x: f64, y: f64, s: f64| vec![DVec2::new(x, y), DVec2::new(x + s, y), DVec2::new(x + s, y + s), DVec2::new(x, y + s)];
     page.items.push(Item {
         layer: Layer::Registration,
-        mark: Mark::Polygon { points: square(corner.x, corner.y, MARKER), fill: BLACK },
+        mark: Mark::Polygon { points: square(corner.x, corner.y, side), fill: BLACK },
         data: vec![("marker", id.to_string())],
     });
     for row in 0..CELLS {

@@ -1,6 +1,7 @@
 //! The sheet that is wrapped around a large object, with its markers.
 
 pub mod aruco;
+mod board;
 mod clip;
 mod frame;
 mod joins;
@@ -12,6 +13,7 @@ mod plan;
 mod sheet;
 mod target;
 
+pub use board::{BoardDesign, board_page};
 pub use markers::Marker;
 pub use measures::JOIN;
 pub use patches::Patch;

@@ -187,6 +187,10 @@ impl WholeSheet<'_> {
         let count: usize = self.plan.pages().iter().product();
         let several = if count > 1 { format!(", sheet {} of {count}", part.number) } else { String::new() };
         let WrapFit { around, pitch_mm, residual, .. } = self.fit;
+        if around == 1 {
+            // For any sample: there is no period to follow.
+            return format!("{}  -  sheet{several}", self.title);
+        }
         format!("{}  -  wrap sheet{several}: {around} periods of {pitch_mm:.3} mm ({:+.2} %)", self.title, 100.0 * residual)
     }
 }
@@ -196,7 +200,7 @@ impl Wrap {
     fn place_markers(&mut self, places: &[(PagePart, DVec2)]) {
         let every = places.len().div_ceil(DICT_5X5_100.len()).max(1);
         for (id, &(part, low)) in places.iter().step_by(every).enumerate() {
-            draw_marker(&mut self.pages[part.number - 1], id, low + part.shift);
+            draw_marker(&mut self.pages[part.number - 1], id, low + part.shift, MARKER);
             let high = low + MARKER;
             let joined = [[low.x, high.y], [high.x, high.y], [high.x, low.y], [low.x, low.y]];
             self.markers.push(Marker {

@@ -68,6 +68,11 @@ impl CaptureReader<'_> {
         bad_capture(self.folder, problem, remedy).into()
     }
 
+    /// The camera of a photograph: its own, where it was taken through another lens than the rest.
+    fn camera<'b>(&'b self, shot: &'b Shot) -> &'b CaptureCamera {
+        shot.camera.as_ref().unwrap_or(self.camera)
+    }
+
     fn role(&self, shot: &Shot) -> Result<Role> {
         match &*shot.role {
             "close-up" => Ok(Role::CloseUp),
@@ -88,7 +93,7 @@ impl CaptureReader<'_> {
             file,
             role,
             image,
-            camera: pinhole(self.camera, pose),
+            camera: pinhole(self.camera(shot), pose),
             light: Light::Directional { to_light, irradiance: light.irradiance_rgb.unwrap_or([PI; 3]) },
             light_sigma_deg: self.sigma.unwrap_or(own_sigma),
             exposure_known: light.irradiance_rgb.is_some(),
@@ -100,7 +105,7 @@ impl CaptureReader<'_> {
     /// The pixels of a photograph, which must be as many as the camera's.
     fn image(&self, shot: &Shot, file: &Path) -> Result<Image> {
         let image = Image::load(file, Some(&self.folder.join(&shot.mask)))?;
-        let camera = self.camera;
+        let camera = self.camera(shot);
         if (image.width, image.height) != (camera.width, camera.height) {
             let problem =
                 format!("{} has {} x {} pixels, the camera {} x {}", shot.file, image.width, image.height, camera.width, camera.height);

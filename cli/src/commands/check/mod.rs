@@ -51,7 +51,7 @@ pub fn run(args: &CheckArgs, common: &CommonArgs) -> Result<u8> {
         let result = AnyReport::of(file, &quality).map_err(|error| common.flags.in_error(error));
         let outcome = Outcome { file: file.display().to_string(), result };
         match &outcome.result {
-            Ok(report) if !common.json => output::print(&format!("{}: ok\n{report}", outcome.file))?,
+            Ok(report) if !common.json => output::print(&format!("{}: {}\n{report}", outcome.file, report.verdict()))?,
             Ok(_) => {}
             Err(error) => {
                 output::say_error(&error.to_string());
@@ -106,11 +106,19 @@ impl fmt::Display for AnyReport {
 }
 
 impl AnyReport {
+    /// How good the file is, in a word or two.
+    fn verdict(&self) -> &'static str {
+        match self {
+            Self::Shoot(report) if report.is_doubtful() => "readable, but doubtful",
+            _ => "ok",
+        }
+    }
+
     fn of(file: &Path, quality: &Quality) -> Result<Self> {
         let source = Source::read(file)?;
         Ok(match FileKind::of(&source) {
             FileKind::Fit => Self::Fit(Box::new(fit::Report::of(&Spec::parse(&source)?)?)),
-            FileKind::Shoot => Self::Shoot(shoot::Report::of(&Shoot::parse(&source)?)),
+            FileKind::Shoot => Self::Shoot(shoot::Report::of(&Shoot::parse(&source)?)?),
             FileKind::Scene => Self::Scene(scene::Report::of(&Scene::parse(&source)?, quality)?),
             FileKind::Material => Self::Material(Box::new(material::Report::of(&Material::parse(&source)?, quality)?)),
         })

@@ -1,6 +1,7 @@
 //! What `biscale check` says of a shoot file.
 
-use biscale_capture::shoot::{ROLES, Registration, Shape, Shoot};
+use biscale::error::Result;
+use biscale_capture::shoot::{ROLES, Registration, Shape, Shoot, WIDE_DEG};
 use serde::Serialize;
 use std::fmt;
 
@@ -16,11 +17,17 @@ pub struct Report {
     photographs: Vec<(String, usize)>,
     lights: Vec<String>,
     notes: Vec<String>,
+    doubtful: bool,
 }
 
 impl Report {
-    /// Describes a shoot.
-    pub fn of(shoot: &Shoot) -> Self {
+    /// Describes a shoot, whose files are opened.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or was taken through a lens or at a size that no board view was.
+    pub fn of(shoot: &Shoot) -> Result<Self> {
+        let files = shoot.open()?;
+        shoot.check_lenses(&files)?;
         let count = |role| shoot.of_role(role).map(|p| p.files.len()).sum::<usize>();
         let photographs: Vec<(String, usize)> =
             ROLES.iter().map(|(name, role)| ((*name).to_owned(), count(*role))).filter(|c| c.1 > 0).collect();
@@ -49,7 +56,18 @@ impl Report {
         for light in lights.iter().filter(missing) {
             notes.push(format!("nothing tells the direction of light \"{light}\""));
         }
-        Self {
+        let encoded = shoot.encoded(&files);
+        if let Some(first) = encoded.first() {
+            let name = first.file_name().unwrap_or_default().to_string_lossy();
+            notes.push(format!("{} photographs have a tone curve, such as {name}: `biscale capture` takes them with --assume-srgb only, which loses accuracy", encoded.len()));
+        }
+        let field_of_view = shoot.given_field_of_view(&files);
+        let doubtful = field_of_view.is_some_and(|deg| deg > WIDE_DEG);
+        if let Some(deg) = field_of_view.filter(|_| doubtful) {
+            notes.push(format!("the given focal length means a field of view of {deg:.0} degrees, which few lenses have: is it in pixels of these photographs?"));
+        }
+        Ok(Self {
+            doubtful,
             kind: "shoot",
             name: shoot.name.clone(),
             sample: match shoot.sample.shape {
@@ -71,7 +89,12 @@ impl Report {
             photographs,
             lights,
             notes,
-        }
+        })
+    }
+
+    /// Whether something in it is hardly meant.
+    pub fn is_doubtful(&self) -> bool {
+        self.doubtful
     }
 }
 

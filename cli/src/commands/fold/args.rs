@@ -2,7 +2,8 @@
 
 use crate::common::options::time;
 use crate::common::output;
-use biscale::error::{BadInput, Error, Result};
+use crate::common::paper;
+use biscale::error::{BadInput, Result};
 use biscale_fabricate::design::{Extent, FoldRecipe, Source, check_scale};
 use biscale_fabricate::drawing::{Look, SILHOUETTE_INSET};
 use biscale_fabricate::formats::Format;
@@ -193,29 +194,10 @@ fn effort(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Papers by name, mm, upright.
-const PAPERS: [(&str, f64, f64); 4] = [("a4", 210.0, 297.0), ("a3", 297.0, 420.0), ("letter", 215.9, 279.4), ("a2", 420.0, 594.0)];
-
 impl SheetArgs {
     pub(super) fn paper(&self) -> Result<Paper> {
-        let bad = |problem: String| {
-            let remedy = "write a4, a3, a2 or letter, with -landscape if it lies, or roll:WIDTH in mm from 50 to 2000";
-            Error::from(BadInput::new(problem, remedy).at_field("page"))
-        };
         let inset = if self.registration.is_some() { SILHOUETTE_INSET } else { 0.0 };
-        let text = self.page.to_ascii_lowercase();
-        let margin = self.margin;
-        if let Some(width) = text.strip_prefix("roll:") {
-            let width = width.parse::<f64>().ok().filter(|w| (50.0..=2000.0).contains(w));
-            let width = width.ok_or_else(|| bad(format!("\"{}\" is no roll", self.page)))?;
-            return Ok(Paper { name: "roll", size: DVec2::new(width, 2000.0), roll: true, margin, inset });
-        }
-        let (name, lies) = text.strip_suffix("-landscape").map_or((text.as_str(), false), |n| (n, true));
-        let Some(&(name, w, h)) = PAPERS.iter().find(|(n, ..)| *n == name) else {
-            return Err(bad(format!("\"{}\" is no paper", self.page)));
-        };
-        let size = if lies { DVec2::new(h, w) } else { DVec2::new(w, h) };
-        Ok(Paper { name, size, roll: false, margin, inset })
+        paper::parse(&self.page, self.margin, inset)
     }
 
     pub(super) fn format(&self, path: &Path) -> Result<Format> {

@@ -2,6 +2,7 @@
 
 use super::args::FoldArgs;
 use super::outputs::Outputs;
+use crate::common::wrap_sidecar::wrap_json;
 use biscale::error::{BadInput, Result};
 use biscale::filter::Control;
 use biscale::geometry::weave::Weave;
@@ -48,20 +49,7 @@ impl<'a> FoldJob<'a> {
         let thickness = self.recipe.thickness;
         let fit = target.fit(self.source.period(self.recipe.scale), thickness);
         let wrap = wrap::wrap(target, fit, thickness, &self.source.colours(), self.paper, title)?;
-        let told = json!({
-            "target": target,
-            "fit": fit,
-            "dictionary": "DICT_5X5_100",
-            "seam_mm": wrap::SEAM,
-            "origin_mm": wrap.parts[0].origin_mm,
-            "turned": wrap.turned,
-            "join_mm": wrap::JOIN,
-            "joined_size_mm": wrap.size.to_array(),
-            "cut_margins_mm": wrap.margins,
-            "pages": wrap.parts,
-            "markers": wrap.markers,
-            "patches": wrap.patches,
-        });
+        let told = wrap_json(target, fit, &wrap);
         Ok(Some((wrap, told)))
     }
 

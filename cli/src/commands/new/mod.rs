@@ -1,5 +1,7 @@
 //! `biscale new`: a commented file with every parameter.
 
+mod board;
+
 use crate::common::options::CommonArgs;
 use crate::common::output::{self, Target};
 use biscale::error::{BadInput, Error, Result};
@@ -31,6 +33,8 @@ pub struct NewArgs {
     /// Replace a file that exists
     #[arg(long)]
     force: bool,
+    #[command(flatten)]
+    board: board::BoardArgs,
 }
 
 /// What can be written.
@@ -50,6 +54,8 @@ enum Kind {
     Mesh,
     /// A scene for `render`
     Scene,
+    /// To print for `capture`: a calibration board and a sheet with markers for the sample, as PDF with a sidecar
+    Board,
     /// A list of photographs for `capture`
     Shoot,
     /// The question that `fit` answers: photographs, what may move
@@ -72,6 +78,14 @@ pub fn run(args: &NewArgs, common: &CommonArgs) -> Result<()> {
         return Err(BadInput::new(format!("a draft is of no use to `biscale new {kind}`"), "write `biscale new weave`")
             .at_field("wif")
             .into());
+    }
+    if let (Some(option), true) = (args.board.given(), args.kind != Kind::Board) {
+        return Err(BadInput::new(format!("this is of no use to `biscale new {kind}`"), "write `biscale new board`")
+            .at_field(option)
+            .into());
+    }
+    if args.kind == Kind::Board {
+        return board::run(&args.board, file, args.force, common);
     }
     let text = match args.kind {
         Kind::Weave if args.wif.is_some() => after_draft(args.wif.as_deref().unwrap_or(file), file)?,
