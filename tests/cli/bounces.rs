@@ -104,6 +104,8 @@ fn tables_hold_their_number_and_plots_tell_it() {
             (&2.into(), &"plan".into(), &plan.into()),
             "{summary}"
         );
+        // Rays of their own for light and viewer and for both exchanged are noise, and no sign of a surface that is not reciprocal.
+        assert_eq!(summary["reciprocal"], true, "{summary}");
         let summary = &json(&folder, &["eval", "table.exr", "--pairs", "p.csv"])["summary"];
         assert_eq!((&summary["bounces"], &summary["bounces_said_by"]), (&2.into(), &"table".into()), "{summary}");
     }

@@ -73,13 +73,17 @@ pub fn run(args: &BakeArgs, common: &CommonArgs) -> Result<()> {
     let work = |control: &Control<'_>, say: &progress::Say<'_>| {
         let forecast = |forecast: &BakeForecast| {
             let told = forecast.seconds >= TOLD_FROM || common.verbose;
-            say(forecast.seconds, if told { foretold(forecast, args.quality.tolerance) } else { String::new() });
+            say(forecast.seconds, if told { foretold(forecast, args.quality.tolerance, bounces) } else { String::new() });
         };
         bake_with(&surface, &recipe, &BakeAids { forecast: &forecast, kept: Some(&kept) }, control)
     };
+    let advice = match bounces.number {
+        0 => "a smaller `--resolution` takes less",
+        _ => "a smaller `--resolution` takes less, and so does direct light alone, with `--bounces 0`",
+    };
     let table = match args.resolution {
         // One table, whose share of the progress tells what is left.
-        Some(_) => progress::with_advice(common, "a smaller `--resolution` takes less", |control| work(control, &|_, _| {})),
+        Some(_) => progress::with_advice(common, advice, |control| work(control, &|_, _| {})),
         None => progress::with_forecast(common, work),
     };
     let table = table.inspect_err(|error| {
@@ -114,7 +118,7 @@ fn kept_beside(output: &Path) -> PathBuf {
 }
 
 /// What a long bake will take, and what looser tolerances would.
-fn foretold(forecast: &BakeForecast, tolerance: f64) -> String {
+fn foretold(forecast: &BakeForecast, tolerance: f64, bounces: Bounces) -> String {
     let BakeForecast { rings, values, seconds, relative_rms, looser } = forecast;
     let [least, most] = SPREAD.map(|times| progress::duration(times * seconds));
     let mut text = format!(
@@ -124,6 +128,9 @@ fn foretold(forecast: &BakeForecast, tolerance: f64) -> String {
     );
     for (tolerance, seconds) in looser {
         text += &format!("; `--tolerance {tolerance}` about {}", progress::duration(*seconds));
+    }
+    if bounces.number > 0 {
+        text += &format!("; these are with {bounces}: direct light alone, with `--bounces 0`, takes less");
     }
     if *relative_rms > tolerance {
         text += &format!(
