@@ -7,6 +7,7 @@
 
 use super::bodies::Bodies;
 use crate::common::figure::{Anchor, Svg, stroke};
+use biscale::brdf::Brdf;
 use biscale::error::Result;
 use biscale::filter::Control;
 use biscale::geometry::Tile;
@@ -16,12 +17,13 @@ use biscale::visibility::{Hit, Occlusion, PeriodicBvh};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use resvg::tiny_skia::Pixmap;
+use std::f64::consts::PI;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Pixels of the view, and height of the strip below it, in pixels of the picture.
 const WIDTH: u16 = 960;
 const HEIGHT: u16 = 600;
-const STRIP: f64 = 74.0;
+const STRIP: f64 = 96.0;
 /// Pixels of the PNG for one of the picture: small text stays legible.
 pub const SCALE: u16 = 2;
 /// Rays across and along each pixel of the PNG.
@@ -41,6 +43,8 @@ const BEHIND_CUT: f64 = 1e-7;
 const SIDE: f64 = 0.68;
 const HEAD: f64 = 0.30;
 const AMBIENT: f64 = 0.08;
+/// Share of the lights that glossy surfaces reflect as they do, and not as if they were matt. Chosen by eye.
+const AS_IT_IS: f64 = 0.6;
 /// Around the block, and seen through the surface's gaps.
 const BACKGROUND: [f64; 3] = [1.0; 3];
 /// The back of a face: it blocks light and shows black.
@@ -115,8 +119,17 @@ impl Scene {
     }
 }
 
+/// What is seen of a surface.
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    /// For light from above, exposed.
+    colour: [f64; 3],
+    /// The factor of that.
+    exposure: f64,
+}
+
 /// What is seen of each surface: its colour for light from above, so that all together are well exposed.
-fn colours(surface: &SmallScale) -> Vec<[f64; 3]> {
+fn colours(surface: &SmallScale) -> Vec<Seen> {
     let tinted = |s: &biscale::material::Surface| {
         let albedo = s.brdf.directional_albedo(DVec3::Z);
         let tint = if let Tint::Uniform(tint) = s.tint { tint } else { [1.0; 3] };
@@ -125,7 +138,7 @@ fn colours(surface: &SmallScale) -> Vec<[f64; 3]> {
     let colours: Vec<[f64; 3]> = surface.surfaces.iter().map(tinted).collect();
     let brightest = colours.iter().flatten().copied().fold(0.0, f64::max);
     let exposure = if brightest > 0.0 { BRIGHTEST / brightest } else { 1.0 };
-    colours.into_iter().map(|c| c.map(|v| v * exposure)).collect()
+    colours.into_iter().map(|c| Seen { colour: c.map(|v| v * exposure), exposure }).collect()
 }
 
 /// The view of `surface`, the tile of `material`; of `count` of its longer periods, or of as many as suit it.
@@ -179,7 +192,7 @@ pub fn view(material: &Material, surface: &SmallScale, count: Option<u32>, contr
 }
 
 /// Colour along the ray from `origin`, linear.
-fn shade(surface: &SmallScale, shown: &Shown<'_>, scene: &Scene, colours: &[[f64; 3]], origin: DVec3) -> [f64; 3] {
+fn shade(surface: &SmallScale, shown: &Shown<'_>, scene: &Scene, colours: &[Seen], origin: DVec3) -> [f64; 3] {
     let Some((entry, axis, length)) = scene.enter(origin) else { return BACKGROUND };
     let behind = BEHIND_CUT * scene.width;
     let start = entry + scene.forward * behind;
@@ -198,13 +211,25 @@ fn shade(surface: &SmallScale, shown: &Shown<'_>, scene: &Scene, colours: &[[f64
     let normal = (b - a).cross(c - a).normalize_or_zero();
     let cosine = normal.dot(scene.light).max(0.0);
     let lit = cosine > 0.0 && shown.bvh.occluded(triangle, hit.position, scene.light) != Occlusion::Blocked;
-    let light = AMBIENT + HEAD * normal.dot(-scene.forward).max(0.0) + if lit { SIDE * cosine } else { 0.0 };
     let covered = usize::from(surface.surface_of_triangle[triangle]);
+    let lights = [(-scene.forward, HEAD * normal.dot(-scene.forward).max(0.0)), (scene.light, if lit { SIDE * cosine } else { 0.0 })];
+    let matt = AMBIENT + lights[0].1 + lights[1].1;
     let tint = match &surface.surfaces[covered].tint {
         Tint::Image(image) => uv(surface, &hit).map_or([1.0; 3], |uv| image.lookup(uv).map(f64::from)),
         Tint::Uniform(_) => [1.0; 3],
     };
-    std::array::from_fn(|c| colours[covered][c] * tint[c] * light)
+    let Seen { colour, exposure } = colours[covered];
+    let brdf = &surface.surfaces[covered].brdf;
+    // Of a matt surface both parts are the same; looking up measured ones would take longer than all of the view.
+    if matches!(brdf, Brdf::Lambert { .. } | Brdf::Measured(_)) {
+        return std::array::from_fn(|c| colour[c] * tint[c] * matt);
+    }
+    let reflected = lights.map(|(wi, light)| brdf.eval(normal, wi, -scene.forward).map(|fr| PI * fr * light));
+    let constant = if let Tint::Uniform(tint) = surface.surfaces[covered].tint { tint } else { [1.0; 3] };
+    std::array::from_fn(|c| {
+        let as_it_is = exposure * constant[c] * (reflected[0][c] + reflected[1][c]) + colour[c] * AMBIENT;
+        tint[c] * (AS_IT_IS * as_it_is + (1.0 - AS_IT_IS) * colour[c] * matt)
+    })
 }
 
 /// The surface as the block shows it.
@@ -265,40 +290,33 @@ fn uv(surface: &SmallScale, hit: &Hit) -> Option<DVec2> {
 }
 
 /// The strip below the view: name, size, parts, and a scale bar.
-fn strip(material: &Material, surface: &SmallScale, scene: &Scene, colours: &[[f64; 3]]) -> Svg {
+fn strip(material: &Material, surface: &SmallScale, scene: &Scene, colours: &[Seen]) -> Svg {
     let (width, top) = (f64::from(WIDTH), f64::from(HEIGHT));
     let mut svg = Svg::new(width, top + STRIP);
-    svg.text([20.0, top + 28.0], 17.0, Anchor::Start, "#222222", &material.name);
+    svg.text([20.0, top + 36.0], 26.0, Anchor::Start, "#222222", &material.name);
     let tile = &surface.tile;
     let unit = if material.unit == "um" { "µm" } else { material.unit };
     let count = (scene.high - scene.low).truncate() / tile.period;
-    let what = format!(
-        "period {} × {} {unit}, {} triangles; a block of {:.0} × {:.0} periods from {ELEVATION_DEG}° above",
-        digits(tile.period.x),
-        digits(tile.period.y),
-        tile.triangles.len(),
-        count.x,
-        count.y
-    );
-    svg.text([20.0, top + 54.0], 12.0, Anchor::Start, "#6a6a6a", &what);
+    let what = format!("{:.0} × {:.0} periods of {} × {} {unit}", count.x, count.y, digits(tile.period.x), digits(tile.period.y));
+    svg.text([20.0, top + 72.0], 19.0, Anchor::Start, "#6a6a6a", &what);
     // The scale bar: a round length of about a sixth of the picture.
     let length = round_below(scene.width / 6.0);
     let pixels = length / scene.width * width;
-    let (x, y) = (width - 20.0 - pixels, top + 34.0);
+    let (x, y) = (width - 20.0 - pixels, top + 40.0);
     svg.line([x, y], [x + pixels, y], stroke("#222222", 3.0));
     for end in [x, x + pixels] {
-        svg.line([end, y - 6.0], [end, y + 6.0], stroke("#222222", 1.4));
+        svg.line([end, y - 7.0], [end, y + 7.0], stroke("#222222", 1.4));
     }
-    svg.text([x + pixels / 2.0, y + 22.0], 12.5, Anchor::Middle, "#222222", &format!("{} {unit}", digits(length)));
-    parts(&mut svg, surface, colours, x - 40.0, top + 19.0);
+    svg.text([x + pixels / 2.0, y + 29.0], 19.0, Anchor::Middle, "#222222", &format!("{} {unit}", digits(length)));
+    parts(&mut svg, surface, colours, x - 30.0, top + 27.0);
     svg
 }
 
 /// The surfaces with their colours, ending at `right`: if there are several that can be told apart, and as many as fit.
-fn parts(svg: &mut Svg, surface: &SmallScale, colours: &[[f64; 3]], right: f64, y: f64) {
+fn parts(svg: &mut Svg, surface: &SmallScale, colours: &[Seen], right: f64, y: f64) {
     /// Entries a column, width of a column, and entries at most.
     const ROWS: usize = 3;
-    const COLUMN: f64 = 118.0;
+    const COLUMN: f64 = 165.0;
     const MOST: usize = 6;
     /// Letters that fit beside a swatch.
     const LETTERS: usize = 13;
@@ -306,7 +324,7 @@ fn parts(svg: &mut Svg, surface: &SmallScale, colours: &[[f64; 3]], right: f64, 
     for (index, (covering, colour)) in surface.surfaces.iter().zip(colours).enumerate() {
         let used = surface.surface_of_triangle.iter().any(|&s| usize::from(s) == index);
         let name = if covering.part == "*" { "the rest" } else { &covering.part };
-        let colour = colour.map(srgb_byte);
+        let colour = colour.colour.map(srgb_byte);
         if used && !entries.iter().any(|e| e.0 == colour) {
             entries.push((colour, name));
         }
@@ -317,10 +335,10 @@ fn parts(svg: &mut Svg, surface: &SmallScale, colours: &[[f64; 3]], right: f64, 
     let columns = entries.len().div_ceil(ROWS);
     for (i, ([r, g, b], name)) in entries.into_iter().enumerate() {
         let x = right - COLUMN * (columns - i / ROWS) as f64;
-        let y = y + 18.0 * (i % ROWS) as f64;
-        svg.rectangle([x, y - 9.5], [16.0, 11.0], &format!("#{r:02x}{g:02x}{b:02x}"), "#6a6a6a");
+        let y = y + 27.0 * (i % ROWS) as f64;
+        svg.rectangle([x, y - 14.0], [22.0, 15.0], &format!("#{r:02x}{g:02x}{b:02x}"), "#6a6a6a");
         let name: String = name.chars().take(LETTERS).collect();
-        svg.text([x + 22.0, y], 12.0, Anchor::Start, "#222222", &name);
+        svg.text([x + 30.0, y], 19.0, Anchor::Start, "#222222", &name);
     }
 }
 
