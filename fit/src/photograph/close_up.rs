@@ -12,6 +12,7 @@
 //! Where the picture repeats as the model does, its *mean period* is used in place of all three: see [`crate::photograph::mean_period`].
 
 use crate::photograph::blur;
+use crate::photograph::dark::Dark;
 use crate::photograph::direction_bins::Sight;
 use crate::photograph::image::Photograph;
 use crate::photograph::mean_period::{MeanPeriod, TilePeriod};
@@ -36,12 +37,21 @@ pub struct CloseUp {
     pub period: [Option<Period>; 2],
     /// How the camera blurs, if edges tell it.
     pub blur: Option<Blur>,
-    /// Directions in the middle of the picture, tile's frame: to the light, to the viewer.
+    /// Mean directions of all of the picture, tile's frame.
     #[serde(skip)]
-    pub pair: Option<Pair>,
+    pub middle: Option<Directions>,
     /// The same in [`SPREAD`] x [`SPREAD`] parts of the picture, rows of tile x: perspective sees each under another angle.
     #[serde(skip)]
-    pub pairs: Vec<Pair>,
+    pub parts: Vec<Directions>,
+    /// What the picture says of light that lies over all of it.
+    #[serde(skip)]
+    pub dark: Dark,
+    /// Mean radiance of all pixels that are used.
+    #[serde(skip)]
+    pub mean: [f64; 3],
+    /// Relative standard deviation of its irradiance against that of the distant photographs, where it is known.
+    #[serde(skip)]
+    pub exposure_sigma: f64,
     /// Mean distance of the camera from the surface, along its normal.
     #[serde(skip)]
     pub distance: f64,
@@ -64,6 +74,34 @@ pub struct CloseUp {
     /// The cluster of each pixel of the photograph, 255 for none.
     #[serde(skip)]
     pub labels: Vec<u8>,
+}
+
+/// Mean directions to light and viewer of a part of a picture, tile's frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Directions {
+    /// To the light.
+    pub wi: DVec3,
+    /// Change of `wi` a degree of the light's azimuth and elevation.
+    pub turn: [DVec3; 2],
+    /// To the viewer.
+    pub wo: DVec3,
+}
+
+impl Directions {
+    fn mean<'a>(sights: impl Iterator<Item = &'a Sight> + Clone) -> Self {
+        let n = sights.clone().count().max(1) as f64;
+        let sum = |f: &dyn Fn(&Sight) -> DVec3| sights.clone().map(f).sum::<DVec3>();
+        Self {
+            wi: sum(&|s| s.wi).normalize(),
+            turn: std::array::from_fn(|k| sum(&|s| s.turn[k]) / n),
+            wo: sum(&|s| s.wo).normalize(),
+        }
+    }
+
+    /// The pair under a light that is turned by these degrees of azimuth and elevation.
+    pub fn pair(&self, turn_deg: [f64; 2]) -> Pair {
+        Pair { wi: (self.wi + turn_deg[0] * self.turn[0] + turn_deg[1] * self.turn[1]).normalize(), wo: self.wo }
+    }
 }
 
 /// How a camera blurs.
@@ -97,7 +135,11 @@ pub struct ColourCluster {
 impl CloseUp {
     /// Looks at the pixels of the close-up; `start` is the material to start from, `uniform` along which directions its tile does not change.
     pub fn new(photograph: &Photograph, sights: &[Sight], start: &SmallScale, uniform: [bool; 2], colours: &[[f64; 3]]) -> Self {
-        let mut found = Self { exposure_known: photograph.exposure_known, ..Self::default() };
+        let mut found = Self {
+            exposure_known: photograph.exposure_known,
+            exposure_sigma: photograph.irradiance_sigma,
+            ..Self::default()
+        };
         let seen: Vec<(u32, DVec3)> = sights.iter().map(|s| (s.pixel, s.position)).collect();
         match Straight::new(photograph, &seen) {
             Some(straight) => {
@@ -114,16 +156,17 @@ impl CloseUp {
             return found;
         }
         let n = used.len() as f64;
-        let mean = |f: &dyn Fn(&Sight) -> DVec3| (used.iter().map(|s| f(s)).sum::<DVec3>() / n).normalize();
-        found.pair = Some(Pair { wi: mean(&|s| s.wi), wo: mean(&|s| s.wo) });
-        found.pairs = pairs(photograph, &used);
+        found.middle = Some(Directions::mean(used.iter().copied()));
+        found.parts = parts(photograph, &used);
+        found.dark = Dark::of(photograph, sights);
         found.distance = used.iter().map(|s| photograph.camera.origin.distance(s.position) * s.wo.z).sum::<f64>() / n;
         found.irradiance = std::array::from_fn(|c| used.iter().map(|s| s.irradiance[c]).sum::<f64>() / n);
         let pixels: Vec<[f64; 3]> = used.iter().map(|s| image.rgb[s.pixel as usize].map(|v| f64::from(v).max(0.0))).collect();
         let tile = TilePeriod { length: start.tile.period.to_array(), uniform };
+        found.mean = std::array::from_fn(|c| pixels.iter().map(|p| p[c]).sum::<f64>() / n);
         found.mean_period = MeanPeriod::new(photograph, &used, &pixels, found.period, tile);
         if !found.exposure_known {
-            let what = if found.scales() { "it is found with the colours" } else { "only the cover of its surfaces is compared" };
+            let what = if found.mean_period.is_some() { "it is found with the colours" } else { "only the cover of its surfaces is compared" };
             found.notes.push(format!("its irradiance is not known: {what}"));
         }
         let surfaces = start.surfaces.len();
@@ -172,9 +215,15 @@ impl CloseUp {
         found
     }
 
-    /// Whether the irradiance is found with the colours: a factor of all light of the mean period.
-    pub fn scales(&self) -> bool {
-        self.mean_period.is_some() && !self.exposure_known
+    /// The pairs of all parts of the picture under its light turned by these degrees of azimuth and elevation.
+    pub fn pairs(&self, turn_deg: [f64; 2]) -> Vec<Pair> {
+        self.parts.iter().map(|part| part.pair(turn_deg)).collect()
+    }
+
+    /// Whether its radiance is compared, and not only the cover of its surfaces: then its stray light and its exposure are found with the
+    /// colours.
+    pub fn shows_light(&self) -> bool {
+        self.middle.is_some() && (self.mean_period.is_some() || self.exposure_known)
     }
 
     /// Whether the clusters are surfaces.
@@ -184,26 +233,23 @@ impl CloseUp {
 }
 
 /// Mean directions of the parts of the picture, each of as many pixels; of all pixels where the object has no coordinates along tile x and y.
-fn pairs(photograph: &Photograph, used: &[&Sight]) -> Vec<Pair> {
-    let mean = |of: &[([f64; 2], &Sight)]| Pair {
-        wi: of.iter().map(|(_, s)| s.wi).sum::<DVec3>().normalize(),
-        wo: of.iter().map(|(_, s)| s.wo).sum::<DVec3>().normalize(),
-    };
+fn parts(photograph: &Photograph, used: &[&Sight]) -> Vec<Directions> {
+    let mean = |of: &[([f64; 2], &Sight)]| Directions::mean(of.iter().map(|(_, sight)| *sight));
     let points = used.iter().map(|s| Some((coordinates(photograph, s.position)?, *s))).collect::<Option<Vec<_>>>();
     let Some(mut points) = points.filter(|p| p.len() >= SPREAD * SPREAD) else {
         let all: Vec<([f64; 2], &Sight)> = used.iter().map(|s| ([0.0; 2], *s)).collect();
         return vec![mean(&all); SPREAD * SPREAD];
     };
-    let mut pairs = Vec::new();
+    let mut parts = Vec::new();
     points.sort_by(|a, b| a.0[1].total_cmp(&b.0[1]));
     let cut = |of: usize, k: usize| of * k / SPREAD;
     for y in 0..SPREAD {
         let of = points.len();
         let row = &mut points[cut(of, y)..cut(of, y + 1)];
         row.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
-        pairs.extend((0..SPREAD).map(|x| mean(&row[cut(row.len(), x)..cut(row.len(), x + 1)])));
+        parts.extend((0..SPREAD).map(|x| mean(&row[cut(row.len(), x)..cut(row.len(), x + 1)])));
     }
-    pairs
+    parts
 }
 
 /// Step along the line between two colours at which pixels are counted.

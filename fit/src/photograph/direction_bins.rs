@@ -4,6 +4,7 @@
 //! to light and viewer, in the frame of the tile: the photograph is blurred along the surface, never across directions that differ, and the
 //! effective BRDF is needed for one pair a bin. Coarse and fine tables of the same photograph make the pyramid of a search.
 
+use crate::photograph::dark::Dark;
 use crate::photograph::image::{Photograph, Pinhole};
 use crate::photograph::params::PARAMS;
 use biscale::direction::Pair;
@@ -59,8 +60,8 @@ pub struct DirectionBins {
     pub step: f64,
     /// Mean radiance of all pixels that are used.
     pub mean: [f64; 3],
-    /// Median radiance of the pixels that face away from the light, if there are enough of them: what comes from elsewhere than from the light.
-    pub unlit: Option<[f64; 3]>,
+    /// What the photograph says of light that lies over all of it.
+    pub dark: Dark,
     /// Pixels that are used.
     pub pixels: usize,
     /// The pixels of each bin, by their index in the picture.
@@ -198,7 +199,7 @@ impl DirectionBins {
         loop {
             let groups = group(&used, step);
             if groups.len() <= most {
-                return Ok(Self { unlit: unlit(photograph, sights), ..Self::of(photograph, &used, &groups, step) });
+                return Ok(Self { dark: Dark::of(photograph, sights), ..Self::of(photograph, &used, &groups, step) });
             }
             step *= PARAMS.wider_step;
         }
@@ -253,7 +254,7 @@ impl DirectionBins {
         bins.iter_mut().zip(weights).for_each(|(bin, weight)| bin.weight = weight);
         let mean = std::array::from_fn(|c| used.iter().map(|s| value(s)[c]).sum::<f64>() / used.len() as f64);
         let members = groups.values().map(|m| m.iter().map(|&k| used[k as usize].pixel).collect()).collect();
-        Self { bins, step, mean, unlit: None, pixels: used.len(), members }
+        Self { bins, step, mean, dark: Dark::default(), pixels: used.len(), members }
     }
 
     /// How far a picture is from the photograph: `sqrt(sum n d² / sum n v²)`, where `d` is the difference and `v` the photograph's value,
@@ -291,19 +292,6 @@ impl DirectionBins {
             |bin: &DirectionBin| Pair { wi: (bin.wi + turn_deg[0] * bin.turn[0] + turn_deg[1] * bin.turn[1]).normalize(), wo: bin.wo };
         self.bins.iter().map(pair).collect()
     }
-}
-
-/// See [`DirectionBins::unlit`]. The median: a camera that stands a little off shows what is behind the object along its outline.
-fn unlit(photograph: &Photograph, sights: &[Sight]) -> Option<[f64; 3]> {
-    let faces_away = |s: &&Sight| s.wi.z <= PARAMS.unlit_cosine && s.wo.z >= LEAST_COSINES[1];
-    let seen: Vec<[f32; 3]> =
-        sights.iter().filter(faces_away).map(|s| photograph.image.rgb[s.pixel as usize]).filter(|v| !v[0].is_nan()).collect();
-    let median = |c: usize| {
-        let mut values: Vec<f32> = seen.iter().map(|v| v[c]).collect();
-        let (_, median, _) = values.select_nth_unstable_by(seen.len() / 2, f32::total_cmp);
-        f64::from(*median)
-    };
-    (seen.len() >= PARAMS.enough_unlit).then(|| std::array::from_fn(median))
 }
 
 fn group(used: &[&Sight], step: f64) -> BTreeMap<[i32; 4], Vec<u32>> {

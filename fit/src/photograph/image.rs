@@ -10,6 +10,10 @@ use std::path::{Path, PathBuf};
 /// Standard deviation of a light's direction where nothing says it, degrees.
 pub const LIGHT_SIGMA_DEG: f64 = 1.5;
 
+/// Relative standard deviation of an irradiance where nothing says it. Chosen, not measured: a lamp that stands 2 % nearer than noted is 4 %
+/// brighter, and a reference card that is tilted by 10 degrees 1.5 % darker.
+pub const IRRADIANCE_SIGMA: f64 = 0.05;
+
 /// What a photograph is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
@@ -38,6 +42,8 @@ pub struct Photograph {
     pub light_sigma_deg: f64,
     /// Whether the irradiance is known, or only assumed: then colours are known up to a common factor.
     pub exposure_known: bool,
+    /// Relative standard deviation of its irradiance, where it is known.
+    pub irradiance_sigma: f64,
     /// What was photographed, without its material.
     pub object: Object,
     /// Noise of a pixel: variance `a + b v`, by channel.

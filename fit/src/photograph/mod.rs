@@ -3,6 +3,7 @@
 
 pub mod blur;
 pub mod close_up;
+pub mod dark;
 pub mod direction_bins;
 pub mod image;
 pub mod mean_period;

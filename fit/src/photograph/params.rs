@@ -16,6 +16,16 @@ pub struct PhotographParams {
     pub unlit_cosine: f64,
     /// Unlit pixels that tell the stray light. Chosen, not measured: their median is then known to about a quarter of their scatter.
     pub enough_unlit: usize,
+    /// Standard deviation of the stray-light offset of a photograph where nothing shows it, over the mean radiance of the photograph. Chosen,
+    /// not measured (`docs/fit.md`, key `veil`).
+    pub stray_light: f64,
+    /// The same where unlit pixels show it: over the mean radiance, and over what is seen there. Chosen, not measured: light of a room, or
+    /// through the cloth, is not the same all over (`docs/fit.md`, step 4).
+    pub stray_light_seen: [f64; 2],
+    /// Rank of the pixel beside the object that stray light is not above: the darkest ones are noise. Chosen, not measured.
+    pub background_rank: f64,
+    /// Pixels about the object that are not beside it: its outline is blurred over them. Chosen, not measured.
+    pub background_margin: usize,
     /// Degrees by which the light is moved for the derivative of the direction to it. Chosen, not measured: 1e-3 of a radian leaves
     /// second-order terms below 1e-6.
     pub nudge_deg: f64,
@@ -104,6 +114,10 @@ pub const PARAMS: PhotographParams = PhotographParams {
     nearly_clipped: 0.99,
     unlit_cosine: -0.1,
     enough_unlit: 25,
+    stray_light: 0.02,
+    stray_light_seen: [0.002, 0.4],
+    background_rank: 0.1,
+    background_margin: 3,
     nudge_deg: 0.05,
     finest_step: 0.012,
     wider_step: 1.15,

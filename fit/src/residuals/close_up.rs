@@ -10,7 +10,7 @@ use crate::residuals::near_interreflection;
 use crate::residuals::params::PARAMS;
 use crate::residuals::registration::Windows;
 use crate::residuals::tile_view::{ClusterView, TileView};
-use crate::residuals::unknowns::UnknownKind;
+use crate::residuals::unknowns::{Shot, UnknownKind};
 
 /// Least standard deviation of a channel's light: that of a photograph that is black all over.
 const LEAST_SPREAD: f64 = 1e-9;
@@ -93,7 +93,8 @@ impl CloseUpResiduals<'_> {
             let (terms, known) = basis.terms(|slot| close_up.irradiance[c] * whole[slot][c], c);
             let known = known + close_up.irradiance[c] * self.interreflection.whole[c];
             let sigma = self.sigma(PARAMS.cluster_light) * spread(light, c);
-            equations.rows.push((Row { terms, known, value: light[c], sigma, weight: 1.0 }, Origin::CloseUp));
+            let row = Row { terms, known, value: light[c], sigma, weight: 1.0 };
+            equations.rows.push((as_exposed(row, (c, 1.0), basis), Origin::CloseUp));
         }
     }
 
@@ -117,7 +118,8 @@ impl CloseUpResiduals<'_> {
                 let (terms, known) = basis.terms(|slot| close_up.irradiance[c] * part.light[slot][c], c);
                 let sigma = self.sigma(PARAMS.cluster_light) * spread(cluster.light, c);
                 let row = Row { terms, known: known + interreflection[c], value: cluster.light[c], sigma, weight: 1.0 };
-                equations.rows.push((row, Origin::CloseUp));
+                // Light is a sum over the cluster's pixels, over the number of all.
+                equations.rows.push((as_exposed(row, (c, cluster.cover), basis), Origin::CloseUp));
             }
             let radiance = interreflection.map(|i| i / cluster.cover.max(PARAMS.least_cover));
             self.add_tones(cluster, part, radiance, basis, equations);
@@ -138,7 +140,7 @@ impl CloseUpResiduals<'_> {
                 let (terms, known) = basis.terms(|slot| self.close_up.irradiance[c] * part.tones[slot][b][c], c);
                 let sigma = self.sigma(PARAMS.cluster_tone) * spread(*tone, c);
                 let row = Row { terms, known: known + interreflection[c], value: tone[c], sigma, weight: PARAMS.tone_weight };
-                equations.rows.push((row, Origin::CloseUp));
+                equations.rows.push((as_exposed(row, (c, 1.0), basis), Origin::CloseUp));
             }
         }
     }
@@ -151,23 +153,15 @@ impl CloseUpResiduals<'_> {
         let texels = self.interreflection.texels;
         let interreflection =
             if texels.is_empty() { Vec::new() } else { Windows::new(near_interreflection::SIZE, mean.size, shift).of(texels) };
-        let scales = basis.position(UnknownKind::Exposure);
         let weight = PARAMS.mean_period_weight / (3 * mean.mean.len()) as f64;
         for (place, (&value, &sigma)) in mean.mean.iter().zip(&mean.sigma).enumerate() {
             for c in 0..3 {
-                let (mut terms, known) = basis.terms(|slot| irradiance[c] * shares[slot][place][c], c);
+                let (terms, known) = basis.terms(|slot| irradiance[c] * shares[slot][place][c], c);
                 let known = known + interreflection.get(place).map_or(0.0, |i| irradiance[c] * i[c]);
                 let weight = if mean.count[place] > 0.0 { weight } else { 0.0 };
                 let sigma = exposure * self.doubt * sigma[c].hypot(self.interreflection.sigma * value[c]);
-                // What is seen is known up to the exposure, which then belongs on the left.
-                let value = match scales {
-                    Some(k) => {
-                        terms.push((k, -value[c]));
-                        0.0
-                    }
-                    None => value[c],
-                };
-                equations.rows.push((Row { terms, known, value, sigma, weight }, Origin::CloseUp));
+                let row = Row { terms, known, value: value[c], sigma, weight };
+                equations.rows.push((as_exposed(row, (c, 1.0), basis), Origin::CloseUp));
             }
         }
     }
@@ -176,6 +170,19 @@ impl CloseUpResiduals<'_> {
     fn sigma(&self, [direct, traced]: [f64; 2]) -> f64 {
         if self.interreflection.traced { traced } else { direct }
     }
+}
+
+/// A row with the stray light of the close-up, of which it has a share of a channel, and with its exposure: what is seen is known up to that,
+/// and belongs on the left with it.
+fn as_exposed(mut row: Row, (channel, share): (usize, f64), basis: &ColourBasis<'_>) -> Row {
+    if let Some(offset) = basis.position(UnknownKind::StrayLight(Shot::CloseUp, channel)) {
+        row.terms.push((offset, share));
+    }
+    if let Some(exposure) = basis.position(UnknownKind::Exposure) {
+        row.terms.push((exposure, -row.value));
+        row.value = 0.0;
+    }
+    row
 }
 
 /// The size that a channel's standard deviation is a share of.

@@ -2,7 +2,7 @@
 //! `k` sends when its colour is 1 (its basis reflectance times the irradiance) and `c_k` its colour, solved for or given.
 
 use crate::fit_file::spec::Colour;
-use crate::residuals::unknowns::{Unknown, UnknownKind, colour_of};
+use crate::residuals::unknowns::{Shot, Unknown, UnknownKind, colour_of, stray_light};
 use biscale::filter::Slot;
 use biscale::material::SmallScale;
 
@@ -56,6 +56,11 @@ impl ColourBasis<'_> {
             std::array::from_fn(|c| irradiance[c] * colour(c))
         };
         self.slots.iter().map(of).collect()
+    }
+
+    /// The stray-light offset of a photograph.
+    pub fn stray_light(&self, shot: Shot, linear: &[f64]) -> [f64; 3] {
+        stray_light(self.unknowns, linear, shot)
     }
 
     /// The irradiance that the fit file gives of the close-up over the true one.

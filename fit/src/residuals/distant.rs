@@ -11,7 +11,7 @@ use crate::photograph::direction_bins::DirectionBins;
 use crate::residuals::block::ResidualBlock;
 use crate::residuals::colour_basis::ColourBasis;
 use crate::residuals::equations::{Equations, Origin, Row};
-use crate::residuals::unknowns::UnknownKind;
+use crate::residuals::unknowns::{Shot, UnknownKind};
 use biscale::filter::BasisReflectance;
 
 /// The distant photographs beside a state of the material.
@@ -42,7 +42,7 @@ impl ResidualBlock for Distant<'_> {
                     if let Some(interreflection) = self.interreflection {
                         known += bin.irradiance[c] * interreflection[p][k][c];
                     }
-                    if let Some(offset) = basis.position(UnknownKind::StrayLight(p, c)) {
+                    if let Some(offset) = basis.position(UnknownKind::StrayLight(Shot::Distant(p), c)) {
                         terms.push((offset, 1.0));
                     }
                     let row = Row { terms, known, value: bin.mean[c], sigma: bin.sigma[c], weight: bin.weight };
@@ -79,7 +79,7 @@ pub(crate) mod tests {
     /// Two photographs, of one bin and of two; the basis reflectance of slot `k` in bin `b` is `k + 1 + b / 10`.
     fn rows(opaque: bool, interreflection: Option<&[Vec<[f64; 3]>]>) -> Vec<(Row, Origin)> {
         let mut grooves = Grooves::new();
-        grooves.unknowns.push(Unknown { name: "offset".into(), kind: UnknownKind::StrayLight(1, 2), bounds: [0.0, 1.0] });
+        grooves.unknowns.push(Unknown { name: "offset".into(), kind: UnknownKind::StrayLight(Shot::Distant(1), 2), bounds: [0.0, 1.0] });
         let photographs = [vec![bin(0.7)], vec![bin(0.8), bin(0.9)]].map(|bins| DirectionBins { bins, ..DirectionBins::default() });
         let s = (0..2).map(|k| (0..3).map(|b| [f64::from(k) + 1.0 + 0.1 * f64::from(b); 3]).collect()).collect();
         let basis_reflectance = BasisReflectance { s, av: vec![0.5, 0.0, 0.4] };

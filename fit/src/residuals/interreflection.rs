@@ -21,6 +21,8 @@ use glam::DVec3;
 pub struct NearScene<'a> {
     /// The photograph.
     pub close_up: &'a CloseUp,
+    /// Degrees of azimuth and elevation that its light is turned by.
+    pub light: [f64; 2],
     /// The surface.
     pub small: &'a SmallScale,
 }
@@ -86,13 +88,15 @@ impl<'a> NearComparison<'a> {
     fn of(near: Option<NearScene<'a>>) -> Self {
         match near {
             Some(scene) if scene.close_up.mean_period.is_some() => {
-                if scene.close_up.pairs.is_empty() {
+                if scene.close_up.parts.is_empty() {
                     Self::None
                 } else {
                     Self::ByTexel(scene)
                 }
             }
-            Some(NearScene { close_up, .. }) => close_up.pair.map_or(Self::None, |pair| Self::ByCluster(close_up, pair)),
+            Some(NearScene { close_up, light, .. }) => {
+                close_up.middle.map_or(Self::None, |middle| Self::ByCluster(close_up, middle.pair(light)))
+            }
             None => Self::None,
         }
     }
@@ -150,11 +154,11 @@ fn of_clusters(close_up: &CloseUp, whole: [f64; 3]) -> Vec<[f64; 3]> {
 
 /// What the viewers of the close-up see, blurred as the camera blurs.
 fn near_views(
-    NearScene { close_up, small }: NearScene<'_>,
+    NearScene { close_up, light, small }: NearScene<'_>,
     options: PathOptions,
     control: &Control<'_>,
 ) -> Result<Vec<InterreflectionView>> {
-    let mut views = interreflection_views(small, &close_up.pairs, options, control)?;
+    let mut views = interreflection_views(small, &close_up.pairs(light), options, control)?;
     let blur = close_up.blur_in_periods(small.tile.period.to_array());
     views.iter_mut().for_each(|view| smooth_colours(&mut view.picture, near_interreflection::SIZE, blur));
     Ok(views)
@@ -174,6 +178,7 @@ fn given_up_note(views: &[InterreflectionView]) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::photograph::close_up::Directions;
     use crate::photograph::mean_period::MeanPeriod;
     use crate::residuals::colour_basis::tests::Grooves;
     use crate::residuals::near_interreflection::tests::floor_under_wall;
@@ -182,14 +187,14 @@ mod tests {
 
     fn traced(close_up: &CloseUp) -> Interreflection {
         let grooves = Grooves::new();
-        let near = NearScene { close_up, small: &grooves.small };
+        let near = NearScene { close_up, light: [0.0; 2], small: &grooves.small };
         trace_interreflection(&grooves.small, &[], &[], Some(near), OPTIONS, &Control::quiet()).unwrap()
     }
 
     /// A close-up from straight above.
     fn lit_by(wi: DVec3) -> CloseUp {
-        let pair = Pair { wi: wi.normalize(), wo: DVec3::Z };
-        CloseUp { pair: Some(pair), pairs: vec![pair], mean_period: Some(MeanPeriod::default()), ..CloseUp::default() }
+        let middle = Directions { wi: wi.normalize(), turn: [DVec3::ZERO; 2], wo: DVec3::Z };
+        CloseUp { middle: Some(middle), parts: vec![middle], mean_period: Some(MeanPeriod::default()), ..CloseUp::default() }
     }
 
     #[test]
@@ -209,7 +214,7 @@ mod tests {
         let close_up = CloseUp { mean_period: None, ..lit_by(DVec3::new(0.0, 0.3, 1.0)) };
         let notes = |distance: f64| {
             let small = floor_under_wall(distance);
-            let near = NearScene { close_up: &close_up, small: &small };
+            let near = NearScene { close_up: &close_up, light: [0.0; 2], small: &small };
             trace_interreflection(&small, &[], &[], Some(near), OPTIONS, &Control::quiet()).unwrap().notes
         };
         assert!(notes(0.1).is_empty(), "{:?}", notes(0.1));

@@ -12,7 +12,7 @@ use crate::residuals::near_model::{NearModel, surface_of};
 use crate::residuals::params::PARAMS;
 use crate::residuals::priors::Priors;
 use crate::residuals::tile_view::TileView;
-use crate::residuals::unknowns::{Unknown, UnknownKind, Variable, slots, unknowns, variables};
+use crate::residuals::unknowns::{Shot, Unknown, UnknownKind, Variable, slots, unknowns, variables};
 use biscale::direction::Pair;
 use biscale::error::Result;
 use biscale::filter::Control;
@@ -41,6 +41,8 @@ pub struct State {
     pub values: Vec<f64>,
     /// Azimuth and elevation of the light of each distant photograph against what was given, degrees.
     pub lights: Vec<[f64; 2]>,
+    /// The same of the light of the close-up.
+    pub near_light: [f64; 2],
     /// Linear unknowns that the search moves.
     pub linear: Vec<(usize, f64)>,
 }
@@ -85,7 +87,7 @@ impl<'a> Model<'a> {
         let small = input.material_values(values)?.material()?.build()?;
         let slots = slots(&input.spec.material.surfaces);
         let mut pairs: Vec<Pair> = input.photographs.iter().flat_map(|bins| bins.pairs([0.0; 2])).collect();
-        pairs.extend(input.close_up.and_then(|c| c.pair));
+        pairs.extend(input.close_up.and_then(|c| c.middle).map(|m| m.pair([0.0; 2])));
         let mut near = NearModel::new(input, sampling, slots.clone());
         if let Some(near) = &mut near {
             near.register_at(near.height_of_edges(&small, control)?);
@@ -93,7 +95,7 @@ impl<'a> Model<'a> {
         Ok(Self {
             input,
             variables: variables(input.spec),
-            unknowns: unknowns(input.spec, input.photographs.len(), input.close_up.is_some_and(CloseUp::scales)),
+            unknowns: unknowns(input.spec, input.photographs.len(), input.close_up.is_some_and(CloseUp::shows_light)),
             near,
             samples_in_place: CommonRandomNumbers::new(&small, sampling.samples, sampling.seed, &pairs, control)?,
             sampling,
@@ -139,16 +141,18 @@ impl<'a> Model<'a> {
         let spec = self.input.spec;
         let mut values: Vec<f64> = spec.parameters.iter().map(|p| if p.is_free() { p.start } else { p.bounds[0] }).collect();
         let mut lights = vec![[0.0; 2]; self.input.photographs.len()];
+        let mut near_light = [0.0; 2];
         let mut linear = Vec::new();
         for (variable, &unit) in self.variables.iter().zip(point) {
             let value = variable.at(spec, &self.unknowns, unit);
             match variable {
                 Variable::Parameter(k) => values[*k] = value,
-                Variable::Light { photograph, axis, .. } => lights[*photograph][*axis] = value,
+                Variable::Light { shot: Shot::Distant(photograph), axis, .. } => lights[*photograph][*axis] = value,
+                Variable::Light { shot: Shot::CloseUp, axis, .. } => near_light[*axis] = value,
                 Variable::Linear(k) => linear.push((*k, value)),
             }
         }
-        State { values, lights, linear }
+        State { values, lights, near_light, linear }
     }
 
     /// The objective at a point of the unit box; infinite where the numbers make no surface, or nothing finite comes out.
@@ -202,7 +206,7 @@ impl<'a> Model<'a> {
         };
         let basis_reflectance = samples.on(&small, control)?.basis_reflectance(&pairs, &self.slots)?;
         let view = match &self.near {
-            Some(near) => near.view(near.rounded(&values)?.as_ref().unwrap_or(&small), control)?,
+            Some(near) => near.view(near.rounded(&values)?.as_ref().unwrap_or(&small), state.near_light, control)?,
             None => None,
         };
         Ok(Some(SeenState { state, small, basis_reflectance, view }))
@@ -278,10 +282,11 @@ impl<'a> Model<'a> {
         };
         let close_up = self.near.as_ref().zip(seen.view.as_ref()).map(|(near, view)| near.residuals(view, comparison));
         let priors = Priors {
-            parameters: (&self.input.spec.parameters, &seen.state.values),
+            parameters: &self.input.spec.parameters,
             variables: &self.variables,
-            lights: &seen.state.lights,
+            state: &seen.state,
             photographs: self.input.photographs,
+            close_up: self.input.close_up,
         };
         let blocks = [Some(&distant as &dyn ResidualBlock), close_up.as_ref().map(|block| block as &dyn ResidualBlock), Some(&priors)];
         let mut equations = Equations::default();

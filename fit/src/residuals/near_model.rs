@@ -10,6 +10,7 @@ use crate::residuals::near_interreflection;
 use crate::residuals::params::PARAMS;
 use crate::residuals::registration::{self, Windows};
 use crate::residuals::tile_view::{TileView, ViewParams};
+use crate::residuals::unknowns::Shot;
 use biscale::error::{Error, Result};
 use biscale::filter::Control;
 use biscale::filter::{Slot, SlotColour};
@@ -58,19 +59,16 @@ impl<'a> NearModel<'a> {
         };
     }
 
-    /// One period as the close-up shows it, by as many rays as the model has samples; `None` where the close-up shows nothing.
-    pub(crate) fn view(&self, small: &SmallScale, control: &Control<'_>) -> Result<Option<TileView>> {
-        if self.close_up.pair.is_none() {
+    /// One period as the close-up shows it under its light turned by `light`, degrees of azimuth and elevation, by as many rays as the model
+    /// has samples; `None` where the close-up shows nothing.
+    pub(crate) fn view(&self, small: &SmallScale, light: [f64; 2], control: &Control<'_>) -> Result<Option<TileView>> {
+        if self.close_up.middle.is_none() {
             return Ok(None);
         }
         let size = root_above(self.sampling.samples);
         let blur = self.close_up.blur_in_periods(small.tile.period.to_array());
-        self.view_with(small, (self.height, blur, size), control).map(Some)
-    }
-
-    fn view_with(&self, small: &SmallScale, (height, blur, size): (f64, [f64; 2], usize), control: &Control<'_>) -> Result<TileView> {
-        let params = ViewParams { size, round: self.is_weave(), blur, height, seed: self.sampling.seed };
-        TileView::new(small, &self.slots, &self.close_up.pairs, &params, control)
+        let params = ViewParams { size, round: self.is_weave(), blur, height: self.height, seed: self.sampling.seed };
+        TileView::new(small, &self.slots, &self.close_up.pairs(light), &params, control).map(Some)
     }
 
     fn is_weave(&self) -> bool {
@@ -104,7 +102,8 @@ impl<'a> NearModel<'a> {
         if self.mean_period().is_none() {
             return Ok(0.0);
         }
-        let view = self.view_with(small, (0.0, [0.0; 2], PARAMS.edge_rays), control)?;
+        let params = ViewParams { size: PARAMS.edge_rays, round: self.is_weave(), blur: [0.0; 2], height: 0.0, seed: self.sampling.seed };
+        let view = TileView::new(small, &self.slots, &self.close_up.pairs([0.0; 2]), &params, control)?;
         Ok(view.height_of_edges(&self.colours_of_clusters(&view, small.surfaces.len())))
     }
 
@@ -140,7 +139,8 @@ impl<'a> NearModel<'a> {
                 (0..3).for_each(|c| pixel[c] += irradiance[c] * interreflection[c]);
             }
         }
-        picture.iter_mut().flatten().for_each(|v| *v /= exposure);
+        let stray_light = basis.stray_light(Shot::CloseUp, linear);
+        picture.iter_mut().for_each(|pixel| (0..3).for_each(|c| pixel[c] = (pixel[c] + stray_light[c]) / exposure));
         registration::refined(&picture, view.size, mean, &mean.sigma, shift)
     }
 

@@ -11,12 +11,6 @@ pub struct ResidualParams {
     pub huber_rounds: usize,
     /// See [`Self::huber_rounds`].
     pub huber_settled: f64,
-    /// Standard deviation of the stray-light offset of a distant photograph where no unlit pixel shows it, over the mean radiance of the
-    /// photograph. Chosen, not measured (`docs/fit.md`, key `veil`).
-    pub stray_light: f64,
-    /// The same where unlit pixels show it: over the mean radiance, and over what is seen there. Chosen, not measured: light of a room, or
-    /// through the cloth, is not the same all over (`docs/fit.md`, step 4).
-    pub stray_light_seen: [f64; 2],
     /// How often the model's mean period is registered with that of the close-up anew, with the colours that were found. Chosen, not measured.
     pub registrations: usize,
     /// Relative standard deviation of the light of a colour cluster: in direct light, and with interreflections. Chosen, not measured.
@@ -94,8 +88,6 @@ pub const PARAMS: ResidualParams = ResidualParams {
     huber: 2.5,
     huber_rounds: 12,
     huber_settled: 1e-7,
-    stray_light: 0.02,
-    stray_light_seen: [0.002, 0.4],
     registrations: 2,
     cluster_light: [0.015, 0.025],
     cluster_tone: [0.025, 0.035],

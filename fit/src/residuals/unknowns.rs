@@ -1,22 +1,43 @@
 //! What a fit looks for: the numbers that the search moves, and the colours and stray-light offsets that are solved for.
 
 use crate::fit_file::spec::Spec;
+use crate::photograph::image::Role;
 use biscale::brdf::Brdf;
 use biscale::filter::{Slot, SlotColour};
 use biscale::material::{SmallScale, Surface, Tint};
 
-/// Bounds of a light's angles, in standard deviations.
-pub const LIGHT_REACH: f64 = 3.0;
+/// Bounds of a light's angles, in standard deviations: 10.5 degrees at [`crate::photograph::image::LIGHT_SIGMA_DEG`], so that a light that a
+/// person noted wrongly by 10 degrees is found and told, not fitted around.
+pub const LIGHT_REACH: f64 = 7.0;
+
+/// A photograph that is fitted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shot {
+    /// A distant one, by its place among these.
+    Distant(usize),
+    /// The close-up.
+    CloseUp,
+}
+
+impl Shot {
+    /// Its name, for people.
+    fn name(self) -> String {
+        match self {
+            Self::Distant(k) => (k + 1).to_string(),
+            Self::CloseUp => "close-up".to_owned(),
+        }
+    }
+}
 
 /// What the search moves, one unknown in 0..1 each.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Variable {
     /// A parameter of the fit file, by its place there.
     Parameter(usize),
-    /// The light of a distant photograph: azimuth (0) or elevation (1), degrees.
+    /// The light of a photograph: azimuth (0) or elevation (1), degrees.
     Light {
         /// Which photograph.
-        photograph: usize,
+        shot: Shot,
         /// Which angle.
         axis: usize,
         /// Standard deviation, degrees; the bounds are [`LIGHT_REACH`] of them.
@@ -42,8 +63,8 @@ pub struct Unknown {
 pub enum UnknownKind {
     /// A colour of the fit file, by its place there; in one channel, or in all.
     Colour(usize, Option<usize>),
-    /// The stray-light offset of a distant photograph in a channel.
-    StrayLight(usize, usize),
+    /// The stray-light offset of a photograph in a channel.
+    StrayLight(Shot, usize),
     /// The irradiance that the fit file gives of the close-up over the true one.
     Exposure,
 }
@@ -51,8 +72,9 @@ pub enum UnknownKind {
 /// Bounds of [`UnknownKind::Exposure`].
 const EXPOSURES: [f64; 2] = [1e-2, 1e2];
 
-/// The unknowns of a fit, in the order of the file: colours by channel, then stray-light offsets of the `distant` photographs, then the exposure of the close-up if it `scales`.
-pub fn unknowns(spec: &Spec, distant: usize, scales: bool) -> Vec<Unknown> {
+/// The unknowns of a fit, in the order of the file: colours by channel, then stray-light offsets of the `distant` photographs and of the
+/// close-up if `near` says that its radiance is compared, then the exposure of that.
+pub fn unknowns(spec: &Spec, distant: usize, near: bool) -> Vec<Unknown> {
     const CHANNELS: [&str; 3] = ["red", "green", "blue"];
     let mut unknowns = Vec::new();
     for (k, colour) in spec.colours.iter().enumerate() {
@@ -67,26 +89,28 @@ pub fn unknowns(spec: &Spec, distant: usize, scales: bool) -> Vec<Unknown> {
         }
     }
     if spec.stray_light {
-        for p in 0..distant {
+        for shot in (0..distant).map(Shot::Distant).chain(near.then_some(Shot::CloseUp)) {
             unknowns.extend((0..3).map(|c| Unknown {
-                name: format!("veil {} {}", p + 1, CHANNELS[c]),
-                kind: UnknownKind::StrayLight(p, c),
+                name: format!("veil {} {}", shot.name(), CHANNELS[c]),
+                kind: UnknownKind::StrayLight(shot, c),
                 bounds: [0.0, 1e9],
             }));
         }
     }
-    if scales {
+    if near {
         unknowns.push(Unknown { name: "exposure of the close-up".to_owned(), kind: UnknownKind::Exposure, bounds: EXPOSURES });
     }
     unknowns
 }
 
-/// What the search moves: free parameters, then the lights of the distant photographs.
+/// What the search moves: free parameters, then the lights of the distant photographs, then that of the close-up.
 pub fn variables(spec: &Spec) -> Vec<Variable> {
     let parameters = spec.parameters.iter().enumerate().filter(|(_, p)| p.is_free()).map(|(k, _)| Variable::Parameter(k));
-    let lights = spec.of_role(crate::photograph::image::Role::Distant).enumerate().flat_map(|(photograph, p)| {
-        let sigma = p.light_sigma_deg;
-        (0..2).filter(move |_| sigma > 0.0).map(move |axis| Variable::Light { photograph, axis, sigma })
+    let distant = spec.of_role(Role::Distant).enumerate().map(|(k, photograph)| (Shot::Distant(k), photograph));
+    let near = spec.of_role(Role::CloseUp).map(|photograph| (Shot::CloseUp, photograph));
+    let lights = distant.chain(near).flat_map(|(shot, photograph)| {
+        let sigma = photograph.light_sigma_deg;
+        (0..2).filter(move |_| sigma > 0.0).map(move |axis| Variable::Light { shot, axis, sigma })
     });
     parameters.chain(lights).collect()
 }
@@ -105,7 +129,7 @@ impl Variable {
     pub fn name(&self, spec: &Spec, unknowns: &[Unknown]) -> String {
         match self {
             Self::Parameter(k) => spec.parameters[*k].key.clone(),
-            Self::Light { photograph, axis, .. } => format!("light {} {}", photograph + 1, ["azimuth_deg", "elevation_deg"][*axis]),
+            Self::Light { shot, axis, .. } => format!("light {} {}", shot.name(), ["azimuth_deg", "elevation_deg"][*axis]),
             Self::Linear(k) => unknowns[*k].name.clone(),
         }
     }
@@ -136,4 +160,10 @@ pub fn colour_of(small: &SmallScale, slot: Slot) -> [f64; 3] {
             Tint::Image(_) => [1.0; 3],
         },
     }
+}
+
+/// The stray-light offset of a photograph, where the linear unknowns are these.
+pub fn stray_light(unknowns: &[Unknown], linear: &[f64], shot: Shot) -> [f64; 3] {
+    let of = |c: usize| unknowns.iter().position(|u| u.kind == UnknownKind::StrayLight(shot, c)).map_or(0.0, |k| linear[k]);
+    std::array::from_fn(of)
 }

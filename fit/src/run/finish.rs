@@ -2,7 +2,7 @@
 
 use super::comparison::{Fitted, OtherLight, Validating};
 use super::deadline::stopped_when;
-use super::found::{found, stray_light};
+use super::found::found;
 use super::options::{COARSE, FINE, Options, POLISH_SAMPLES, SEARCH_SHARE};
 use super::outcome::{Compared, Early, Outcome};
 use super::prepared::{Prepared, sights_of};
@@ -17,7 +17,7 @@ use crate::photograph::image::{Photograph, Role};
 use crate::residuals::derivatives;
 use crate::residuals::equations::Evaluated;
 use crate::residuals::model::Model;
-use crate::residuals::unknowns::{self, UnknownKind};
+use crate::residuals::unknowns::{self, Shot, UnknownKind, stray_light};
 use crate::search::{APART, SearchShared, Start, Trace};
 use crate::uncertainty::identify::{self, Identified, Known};
 use crate::uncertainty::profile::{self, Profile};
@@ -143,7 +143,7 @@ fn report(
     let compared = compared.unwrap_or_default();
     let mut validations = Vec::new();
     if spec.of_role(Role::Validation).next().is_some() {
-        let stray_light = stray_light(&model.unknowns, &evaluated.linear, 0);
+        let stray_light = stray_light(&model.unknowns, &evaluated.linear, Shot::Distant(0));
         let question = Validating { fitted, compared: &compared, training, stray_light, seed: options.seed };
         let validated = parts.make("validation", 0.7, |control| validate_all(prepared, &question, control))?;
         let (found, told) = validated.unwrap_or_default();
@@ -289,7 +289,7 @@ fn compare_distant(
         seen.light = turned(&photograph.light, lights[k], photograph.object.middle());
         let bins = &prepared.fine[k];
         let light = OtherLight {
-            stray_light: stray_light(&model.unknowns, &evaluated.linear, k),
+            stray_light: stray_light(&model.unknowns, &evaluated.linear, Shot::Distant(k)),
             interreflection: best.interreflection.as_ref().map(|i| &i.bins[k][..]),
         };
         fitted.compare(seen, bins, light, bins.relative_rms(&evaluated.predicted(k, bins)), control)

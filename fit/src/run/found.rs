@@ -23,16 +23,3 @@ pub(super) fn found(spec: &Spec, variant: &Variant, state: &State, unknowns: &[U
     }
     all
 }
-
-/// Stray-light offset of a distant photograph.
-pub(super) fn stray_light(unknowns: &[Unknown], linear: &[f64], photograph: usize) -> [f64; 3] {
-    let mut stray_light = [0.0; 3];
-    for (unknown, &value) in unknowns.iter().zip(linear) {
-        if let UnknownKind::StrayLight(p, c) = unknown.kind
-            && p == photograph
-        {
-            stray_light[c] = value;
-        }
-    }
-    stray_light
-}

@@ -49,7 +49,7 @@ pub struct Survey {
 /// Bad input; `Interrupted`.
 pub fn survey(spec: &Spec, control: &Control<'_>) -> Result<Survey> {
     let prepared = Prepared::new(spec, control)?;
-    let unknowns = unknowns::unknowns(spec, prepared.distant.len(), prepared.close_up.as_ref().is_some_and(CloseUp::scales));
+    let unknowns = unknowns::unknowns(spec, prepared.distant.len(), prepared.close_up.as_ref().is_some_and(CloseUp::shows_light));
     Ok(Survey {
         distant: prepared.distant.iter().zip(&prepared.fine).map(|(p, c)| (p.file.display().to_string(), c.pixels, c.bins.len())).collect(),
         variables: unknowns::variables(spec).iter().map(|v| v.name(spec, &unknowns)).collect(),

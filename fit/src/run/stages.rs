@@ -269,7 +269,11 @@ impl Search<'_> {
             material_values(prepared.spec, &found(prepared.spec, model.input.variant, &state, &model.unknowns, &evaluated.linear))?;
         let small = values.material()?.build()?;
         let round = model.rounded(&values)?;
-        let near = prepared.close_up.as_ref().map(|close_up| NearScene { close_up, small: round.as_ref().unwrap_or(&small) });
+        let near = prepared.close_up.as_ref().map(|close_up| NearScene {
+            close_up,
+            light: state.near_light,
+            small: round.as_ref().unwrap_or(&small),
+        });
         let options = PathOptions { bounces: prepared.spec.bounces, seed: self.options.seed };
         trace_interreflection(&small, &prepared.fine, &state.lights, near, options, control).map(Some)
     }

@@ -9,7 +9,7 @@
 use crate::residuals::derivatives::{Derivatives, weights};
 use crate::residuals::equations::Evaluated;
 use crate::residuals::model::Model;
-use crate::residuals::unknowns::{UnknownKind, Variable};
+use crate::residuals::unknowns::{Shot, UnknownKind, Variable};
 use crate::uncertainty::params::PARAMS;
 use biscale::numerics::linear_algebra::{Cholesky, symmetric_eigenvalues};
 use serde::Serialize;
@@ -251,17 +251,22 @@ fn known_linear(model: &Model<'_>, best: &Evaluated, k: usize, range: f64, held:
 fn ranges(model: &Model<'_>, variables: usize, best: &Evaluated) -> Vec<f64> {
     let linear = model.unknowns.iter().zip(&best.linear).map(|(u, value)| match u.kind {
         UnknownKind::Colour(..) => (u.bounds[1] - u.bounds[0]).max(PARAMS.least_range),
-        UnknownKind::StrayLight(p, c) => model.input.photographs[p].mean[c].max(PARAMS.least_range),
+        UnknownKind::StrayLight(Shot::Distant(p), c) => model.input.photographs[p].mean[c].max(PARAMS.least_range),
+        UnknownKind::StrayLight(Shot::CloseUp, c) => {
+            model.input.close_up.map_or(0.0, |found| found.mean[c]).max(PARAMS.least_range)
+        }
         UnknownKind::Exposure => *value,
     });
     std::iter::repeat_n(1.0, variables).chain(linear).collect()
 }
 
-/// Which unknowns lie on a bound of their own: linear ones only, those of the search move on.
+/// Which linear unknowns lie on a bound of their own and stay there: linear ones only, those of the search move on. Stray light does not stay
+/// at none: that it may be more is what others are uncertain by.
 fn on_walls(model: &Model<'_>, variables: usize, best: &Evaluated) -> Vec<bool> {
     let linear = model.unknowns.iter().zip(&best.linear).map(|(u, value)| {
         let [low, high] = u.bounds;
-        *value <= low + PARAMS.on_wall * (1.0 + low.abs()) || *value >= high - PARAMS.on_wall * (1.0 + high.abs())
+        let stays = !matches!(u.kind, UnknownKind::StrayLight(..));
+        stays && (*value <= low + PARAMS.on_wall * (1.0 + low.abs()) || *value >= high - PARAMS.on_wall * (1.0 + high.abs()))
     });
     std::iter::repeat_n(false, variables).chain(linear).collect()
 }

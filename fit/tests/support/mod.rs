@@ -44,6 +44,22 @@ pub struct Faults {
     pub veil: f64,
     /// What the close-up's values are multiplied by, which its fit file says that nobody knows; 1 where it is known.
     pub exposure: f64,
+    /// What the values of the distant photograph, the held-out one and the close-up are multiplied by, of which their fit file knows nothing.
+    pub gain: [f64; 3],
+    /// Degrees more by which the light of the close-up stands elsewhere.
+    pub near_light_off_deg: [f64; 2],
+    /// Light that lies over all of the close-up, as a share of its brightest pixel.
+    pub near_veil: f64,
+    /// Quarter turns of the close-up's pixels, and whether they are mirrored first.
+    pub near_turned: (u32, bool),
+    /// Light lost from the left side of a picture to the right, as a lamp nearby makes it.
+    pub falloff: f64,
+    /// Exponent of the values that the camera wrote, over the brightest one: 1 for a linear one.
+    pub gamma: f64,
+    /// Share of the brightest value at which the camera is full.
+    pub full_at: f64,
+    /// What the field of view is said to be over what it was.
+    pub field_of_view: f64,
     /// Radial distortion that nothing corrects: a place at the side of the picture is seen at `1 + distortion` times its distance from the middle.
     pub distortion: f64,
 }
@@ -58,6 +74,14 @@ pub const PERFECT: Faults = Faults {
     jpeg: false,
     veil: 0.0,
     exposure: 1.0,
+    gain: [1.0; 3],
+    near_light_off_deg: [0.0; 2],
+    near_veil: 0.0,
+    near_turned: (0, false),
+    falloff: 0.0,
+    gamma: 1.0,
+    full_at: 2.0,
+    field_of_view: 1.0,
     distortion: 0.0,
 };
 /// Those of a decent camera.
@@ -68,10 +92,21 @@ pub const REAL: Faults = Faults {
     noise: [1e-6, 4e-5],
     bits: Some(12),
     jpeg: false,
-    veil: 0.0,
-    exposure: 1.0,
-    distortion: 0.0,
+    ..PERFECT
 };
+
+impl Faults {
+    /// Those of one photograph.
+    pub fn of(&self, role: &str) -> Self {
+        let gain = self.gain[["distant", "validation", "close-up"].iter().position(|r| *r == role).unwrap()];
+        if role == "close-up" {
+            let light_off_deg = std::array::from_fn(|k| self.light_off_deg[k] + self.near_light_off_deg[k]);
+            Self { light_off_deg, veil: self.near_veil, exposure: self.exposure * gain, ..*self }
+        } else {
+            Self { exposure: gain, near_turned: (0, false), ..*self }
+        }
+    }
+}
 
 /// A camera that looks at an object at the origin.
 #[derive(Clone, Copy, Debug)]
@@ -171,26 +206,40 @@ pub fn photograph(
         .collect();
     blur(&mut rgb, [w as usize, h as usize], faults.blur);
     let brightest = |rgb: &[DVec3]| rgb.iter().map(|v| v.max_element()).fold(0.0, f64::max);
-    if matches!(on, On::Cylinder { .. }) {
-        let veil = faults.veil * brightest(&rgb);
-        rgb.iter_mut().for_each(|v| *v += veil);
-    } else {
-        rgb.iter_mut().for_each(|v| *v *= faults.exposure);
-    }
-    let top = 1.1 * brightest(&rgb);
+    let veil = faults.veil * brightest(&rgb);
+    rgb.iter_mut().for_each(|v| *v = (*v + veil) * faults.exposure);
+    let bright = brightest(&rgb);
+    let top = 1.1 * bright;
+    let recorded = |v: f64| bright * (v / bright).max(0.0).powf(faults.gamma);
     let mut picture = Picture::new(w, h);
     for (k, (pixel, value)) in picture.rgb.iter_mut().zip(&rgb).enumerate() {
         let at = |k: usize, size: u32| (k as f64 + 0.5) / f64::from(size) - 0.5;
         let (x, y) = (at(k % w as usize, w), at(k / w as usize, h));
-        let shade = 1.0 - faults.vignetting * 2.0 * (x * x + y * y);
+        let shade = (1.0 - faults.vignetting * 2.0 * (x * x + y * y)) * (1.0 - faults.falloff * x);
         for c in 0..3 {
-            let v = shade * value[c];
+            let v = recorded(shade * value[c]).min(faults.full_at * bright);
             let v = v + gaussian(seed, (3 * k + c) as u64) * (faults.noise[0] + faults.noise[1] * v).sqrt();
             pixel[c] = quantised(v, top, faults.bits) as f32;
         }
     }
     if faults.jpeg {
         coded(&mut picture, top);
+    }
+    turned_pixels(picture, faults.near_turned)
+}
+
+/// A square picture mirrored, if asked, and turned by quarter turns.
+fn turned_pixels(mut picture: Picture, (quarters, mirrored): (u32, bool)) -> Picture {
+    let n = picture.width as usize;
+    if mirrored {
+        picture.rgb.chunks_exact_mut(n).for_each(<[[f32; 3]]>::reverse);
+    }
+    for _ in 0..quarters {
+        assert_eq!(picture.width, picture.height);
+        let old = picture.rgb.clone();
+        for (k, pixel) in picture.rgb.iter_mut().enumerate() {
+            *pixel = old[(k % n) * n + n - 1 - k / n];
+        }
     }
     picture
 }
@@ -321,7 +370,7 @@ pub fn set_under(
             "[{table}]\norigin = {}\ntarget = [0, 0, 0]\nup = {}\nfov_deg = {}\nwidth = {}\nheight = {}\n",
             vector(v.origin),
             vector(v.up),
-            v.fov_deg,
+            faults.field_of_view * v.fov_deg,
             v.size[0],
             v.size[1]
         )
@@ -330,7 +379,9 @@ pub fn set_under(
     for (k, (role, name)) in [("distant", "b"), ("validation", "c"), ("close-up", "a")].into_iter().enumerate() {
         let (on, view, rays) =
             if role == "close-up" { (On::Plane { size }, near, samples.div_ceil(4)) } else { (cylinder, DISTANT, samples) };
-        write(&photograph(small, on, view, lights[k], rays, (faults, bounces), 7 + k as u64), &folder.join(format!("{name}.exr")));
+        let of_photograph = faults.of(role);
+        let picture = photograph(small, on, view, lights[k], rays, (&of_photograph, bounces), 7 + k as u64);
+        write(&picture, &folder.join(format!("{name}.exr")));
         tables.push_str(&format!("[[photograph]]\nrole = \"{role}\"\nimage = \"{name}.exr\"\n"));
         if role == "close-up" && faults.exposure != 1.0 {
             tables.push_str("exposure_known = false\n");

@@ -18,7 +18,7 @@ use biscale_fit::residuals::input::{Interreflection, ModelInput, Sampling};
 use biscale_fit::residuals::interreflection::{NearScene, trace_interreflection};
 use biscale_fit::residuals::model::Model;
 use biscale_fit::residuals::near_interreflection::PathOptions;
-use biscale_fit::residuals::unknowns::{UnknownKind, Variable};
+use biscale_fit::residuals::unknowns::{Shot, UnknownKind, Variable};
 use biscale_fit::run::{FINE, Outcome, POLISH_SAMPLES};
 use biscale_fit::search::descent::{Evaluate, descend};
 use biscale_fit::search::optimise::Limits;
@@ -131,23 +131,26 @@ impl<'a> Looked<'a> {
         }
         let (point, values, _) = self.truth(truth, faults);
         let small = super::material(truth);
-        let lights = self.model(0, &values, None, control).state(&point).lights;
-        let near = NearScene { close_up: &self.near, small: &small };
+        let state = self.model(0, &values, None, control).state(&point);
+        let near = NearScene { close_up: &self.near, light: state.near_light, small: &small };
         let options = PathOptions { bounces: self.spec.bounces, seed: 5 };
-        Some(trace_interreflection(&small, &self.bins, &lights, Some(near), options, control).unwrap())
+        Some(trace_interreflection(&small, &self.bins, &state.lights, Some(near), options, control).unwrap())
     }
 
     /// Where the photographs were made: the point, its parameters, and the linear unknowns.
     fn truth(&self, truth: &str, faults: &Faults) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
         let of = |name: &str| truths(std::iter::once(name), truth)[0];
         let values: Vec<f64> = self.spec.parameters.iter().map(|p| of(&p.key).unwrap()).collect();
-        let unknowns = biscale_fit::residuals::unknowns::unknowns(self.spec, self.bins.len(), self.near.scales());
+        let unknowns = biscale_fit::residuals::unknowns::unknowns(self.spec, self.bins.len(), self.near.shows_light());
         let point = biscale_fit::residuals::unknowns::variables(self.spec)
             .iter()
             .map(|v| match v {
                 Variable::Parameter(k) => self.spec.parameters[*k].to_unit(values[*k]),
                 // The light stands off by these degrees.
-                Variable::Light { axis, .. } => 0.5 + 0.5 * faults.light_off_deg[*axis] / (v.at(self.spec, &unknowns, 1.0)),
+                Variable::Light { shot, axis, .. } => {
+                    let off = faults.of(if *shot == Shot::CloseUp { "close-up" } else { "distant" }).light_off_deg;
+                    0.5 + 0.5 * off[*axis] / v.at(self.spec, &unknowns, 1.0)
+                }
                 Variable::Linear(_) => 0.5,
             })
             .collect();
