@@ -1,6 +1,6 @@
 //! Photographs from the folder that `biscale capture` wrote (`docs/capture-format.md`).
 
-use crate::photograph::image::{IRRADIANCE_SIGMA, Image, LIGHT_SIGMA_DEG, Photograph, Pinhole, Role};
+use crate::photograph::image::{Image, LIGHT_SIGMA_DEG, Photograph, Pinhole, Role};
 use biscale::error::{BadInput, Error, Result};
 use biscale::formats::capture::{
     self, Camera as CaptureCamera, Capture, Light as CaptureLight, Photograph as Shot, Pose, Sample, Severity,
@@ -97,7 +97,7 @@ impl CaptureReader<'_> {
             light: Light::Directional { to_light, irradiance: light.irradiance_rgb.unwrap_or([PI; 3]) },
             light_sigma_deg: self.sigma.unwrap_or(own_sigma),
             exposure_known: light.irradiance_rgb.is_some(),
-            irradiance_sigma: IRRADIANCE_SIGMA,
+            stated_irradiance_sigma: None,
             object: self.object.clone(),
             noise: Some([shot.noise.a, shot.noise.b]),
         })

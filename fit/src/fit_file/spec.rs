@@ -4,7 +4,7 @@ use crate::fit_file::assignment::{Assignment, assign};
 use crate::fit_file::capture;
 use crate::fit_file::material_text::MaterialText;
 use crate::fit_file::variant;
-use crate::photograph::image::{IRRADIANCE_SIGMA, Image, LIGHT_SIGMA_DEG, Photograph, Pinhole, Role};
+use crate::photograph::image::{Image, LIGHT_SIGMA_DEG, Photograph, Pinhole, Role};
 use biscale::brdf::Brdf;
 use biscale::error::{BadInput, Result};
 use biscale::filter::{Slot, SlotColour};
@@ -281,7 +281,7 @@ impl<'a> SharedTables<'a> {
         let light = Light::read(light)?;
         let own_sigma = table.f64("light_sigma_deg", range(0.0, 30.0))?;
         let exposure_known = table.bool("exposure_known")?.unwrap_or(true);
-        let irradiance_sigma = table.f64("irradiance_sigma", range(0.0, 10.0))?.unwrap_or(IRRADIANCE_SIGMA);
+        let stated_irradiance_sigma = table.f64("irradiance_sigma", range(0.0, 10.0))?;
         let a = table.colour("noise_a", range(0.0, 1e9))?;
         let b = table.colour("noise_b", range(0.0, 1e9))?;
         let noise = match (a, b) {
@@ -303,7 +303,7 @@ impl<'a> SharedTables<'a> {
             light,
             light_sigma_deg: own_sigma.or(self.sigma).unwrap_or(LIGHT_SIGMA_DEG),
             exposure_known,
-            irradiance_sigma,
+            stated_irradiance_sigma,
             object,
             noise,
         })

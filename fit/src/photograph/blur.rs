@@ -147,7 +147,7 @@ mod tests {
             light: Light::read(table("light")).unwrap(),
             light_sigma_deg: 0.0,
             exposure_known: true,
-            irradiance_sigma: crate::photograph::image::IRRADIANCE_SIGMA,
+            stated_irradiance_sigma: None,
             object: Object::read_bare(table("object")).unwrap(),
             noise: None,
         };

@@ -15,7 +15,7 @@ use crate::photograph::blur;
 use crate::photograph::dark::Dark;
 use crate::photograph::direction_bins::Sight;
 use crate::photograph::image::Photograph;
-use crate::photograph::mean_period::{MeanPeriod, TilePeriod};
+use crate::photograph::mean_period::{self, MeanPeriod, TilePeriod};
 use crate::photograph::params::PARAMS;
 use crate::photograph::period::{Period, Straight, coordinates};
 use biscale::direction::Pair;
@@ -69,6 +69,9 @@ pub struct CloseUp {
     pub other_choices: Vec<Vec<usize>>,
     /// What the user should know.
     pub notes: Vec<String>,
+    /// How the picture repeats, if it does so in another way than the model.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub other_periods: Option<String>,
     /// All periods registered with each other, if the picture repeats as the model does.
     pub mean_period: Option<MeanPeriod>,
     /// The cluster of each pixel of the photograph, 255 for none.
@@ -91,11 +94,7 @@ impl Directions {
     fn mean<'a>(sights: impl Iterator<Item = &'a Sight> + Clone) -> Self {
         let n = sights.clone().count().max(1) as f64;
         let sum = |f: &dyn Fn(&Sight) -> DVec3| sights.clone().map(f).sum::<DVec3>();
-        Self {
-            wi: sum(&|s| s.wi).normalize(),
-            turn: std::array::from_fn(|k| sum(&|s| s.turn[k]) / n),
-            wo: sum(&|s| s.wo).normalize(),
-        }
+        Self { wi: sum(&|s| s.wi).normalize(), turn: std::array::from_fn(|k| sum(&|s| s.turn[k]) / n), wo: sum(&|s| s.wo).normalize() }
     }
 
     /// The pair under a light that is turned by these degrees of azimuth and elevation.
@@ -135,11 +134,8 @@ pub struct ColourCluster {
 impl CloseUp {
     /// Looks at the pixels of the close-up; `start` is the material to start from, `uniform` along which directions its tile does not change.
     pub fn new(photograph: &Photograph, sights: &[Sight], start: &SmallScale, uniform: [bool; 2], colours: &[[f64; 3]]) -> Self {
-        let mut found = Self {
-            exposure_known: photograph.exposure_known,
-            exposure_sigma: photograph.irradiance_sigma,
-            ..Self::default()
-        };
+        let mut found =
+            Self { exposure_known: photograph.exposure_known, exposure_sigma: photograph.irradiance_sigma(), ..Self::default() };
         let seen: Vec<(u32, DVec3)> = sights.iter().map(|s| (s.pixel, s.position)).collect();
         match Straight::new(photograph, &seen) {
             Some(straight) => {
@@ -164,9 +160,11 @@ impl CloseUp {
         let pixels: Vec<[f64; 3]> = used.iter().map(|s| image.rgb[s.pixel as usize].map(|v| f64::from(v).max(0.0))).collect();
         let tile = TilePeriod { length: start.tile.period.to_array(), uniform };
         found.mean = std::array::from_fn(|c| pixels.iter().map(|p| p[c]).sum::<f64>() / n);
+        found.other_periods = mean_period::other_periods(found.period, tile);
         found.mean_period = MeanPeriod::new(photograph, &used, &pixels, found.period, tile);
         if !found.exposure_known {
-            let what = if found.mean_period.is_some() { "it is found with the colours" } else { "only the cover of its surfaces is compared" };
+            let what =
+                if found.mean_period.is_some() { "it is found with the colours" } else { "only the cover of its surfaces is compared" };
             found.notes.push(format!("its irradiance is not known: {what}"));
         }
         let surfaces = start.surfaces.len();

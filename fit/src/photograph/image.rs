@@ -42,8 +42,8 @@ pub struct Photograph {
     pub light_sigma_deg: f64,
     /// Whether the irradiance is known, or only assumed: then colours are known up to a common factor.
     pub exposure_known: bool,
-    /// Relative standard deviation of its irradiance, where it is known.
-    pub irradiance_sigma: f64,
+    /// Relative standard deviation of its irradiance, if somebody says it: see [`Self::irradiance_sigma`].
+    pub stated_irradiance_sigma: Option<f64>,
     /// What was photographed, without its material.
     pub object: Object,
     /// Noise of a pixel: variance `a + b v`, by channel.
@@ -74,6 +74,18 @@ pub struct Pinhole {
     pub focal: [f64; 2],
     /// Where the axis meets the picture, pixels from its upper left corner.
     pub centre: [f64; 2],
+}
+
+impl Photograph {
+    /// Its file, without the folder.
+    pub fn name(&self) -> String {
+        self.file.file_name().unwrap_or_default().to_string_lossy().into_owned()
+    }
+
+    /// Relative standard deviation of its irradiance, where that is known.
+    pub fn irradiance_sigma(&self) -> f64 {
+        self.stated_irradiance_sigma.unwrap_or(IRRADIANCE_SIGMA)
+    }
 }
 
 impl Pinhole {

@@ -105,6 +105,29 @@ impl MeanPeriod {
     }
 }
 
+/// What a picture that repeats has other than a tile: that is no matter of numbers that a search moves. `None` where it repeats as the tile does,
+/// or along no axis that says so.
+pub fn other_periods(period: [Option<Period>; 2], tile: TilePeriod) -> Option<String> {
+    let name = |k: usize| ["x", "y"][k];
+    let turned = |k: usize| period[k].is_some() && tile.uniform[k] && period[1 - k].is_none();
+    if let Some(k) = (0..2).find(|&k| turned(k)) {
+        return Some(format!(
+            "the close-up repeats along {}, where the material does not change, and not along {}: turn the photograph by 90 degrees, or the camera's `up`",
+            name(k),
+            name(1 - k)
+        ));
+    }
+    match period {
+        [Some(x), Some(y)] if !tile.uniform.contains(&true) && !repeats_as(period, tile) => Some(format!(
+            "the close-up's period along x is {:.3} times that along y, the material's {:.3} times: give the start material periods of this ratio, or \
+             turn the photograph",
+            x.length / y.length,
+            tile.length[0] / tile.length[1]
+        )),
+        _ => None,
+    }
+}
+
 /// Whether periods of a picture are those of a tile: along the same axes, in about the same ratio.
 fn repeats_as(period: [Option<Period>; 2], tile: TilePeriod) -> bool {
     let same_axes = (0..2).all(|k| period[k].is_some() != tile.uniform[k]);

@@ -22,6 +22,9 @@ pub struct PhotographParams {
     /// The same where unlit pixels show it: over the mean radiance, and over what is seen there. Chosen, not measured: light of a room, or
     /// through the cloth, is not the same all over (`docs/fit.md`, step 4).
     pub stray_light_seen: [f64; 2],
+    /// Most stray light of a held-out photograph, in these standard deviations over what is expected of it: the rest is an error of the
+    /// prediction. Chosen, not measured.
+    pub stray_light_reach: f64,
     /// Rank of the pixel beside the object that stray light is not above: the darkest ones are noise. Chosen, not measured.
     pub background_rank: f64,
     /// Pixels about the object that are not beside it: its outline is blurred over them. Chosen, not measured.
@@ -114,8 +117,9 @@ pub const PARAMS: PhotographParams = PhotographParams {
     nearly_clipped: 0.99,
     unlit_cosine: -0.1,
     enough_unlit: 25,
-    stray_light: 0.02,
+    stray_light: 0.04,
     stray_light_seen: [0.002, 0.4],
+    stray_light_reach: 2.0,
     background_rank: 0.1,
     background_margin: 3,
     nudge_deg: 0.05,

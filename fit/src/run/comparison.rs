@@ -1,5 +1,6 @@
 //! Photographs beside the fitted material, those that were held out as well.
 
+use super::held_out;
 use super::options::POLISH_SAMPLES;
 use super::outcome::Compared;
 use crate::photograph::direction_bins::DirectionBins;
@@ -47,6 +48,7 @@ pub(super) struct Validating<'a> {
     pub(super) compared: &'a [Compared],
     /// Their relative RMS difference.
     pub(super) training: f64,
+    /// Stray light of the first one of them, over the mean radiance of its pixels.
     pub(super) stray_light: [f64; 3],
     pub(super) seed: u64,
 }
@@ -77,11 +79,18 @@ impl Fitted<'_> {
         Ok(Compared { photograph, picture, used, relative_rms, pixel_relative_rms, delta_e_itp })
     }
 
-    /// Radiance that the material shows in the direction bins of a photograph.
-    fn predict(&self, bins: &DirectionBins, light: OtherLight<'_>, control: &Control<'_>) -> Result<Vec<[f64; 3]>> {
+    /// Radiance that the material shows in the direction bins of a photograph whose light is turned by `turn_deg`, by so many samples of the
+    /// surface.
+    pub(super) fn predict(
+        &self,
+        bins: &DirectionBins,
+        (turn_deg, samples): ([f64; 2], u32),
+        light: OtherLight<'_>,
+        control: &Control<'_>,
+    ) -> Result<Vec<[f64; 3]>> {
         let slots = unknowns::slots(&self.small.surfaces);
-        let pairs = bins.pairs([0.0; 2]);
-        let samples = CommonRandomNumbers::new(self.small, PREDICTION_SAMPLES, 0, &pairs, control)?;
+        let pairs = bins.pairs(turn_deg);
+        let samples = CommonRandomNumbers::new(self.small, samples, 0, &pairs, control)?;
         let basis = samples.on(self.small, control)?.basis_reflectance(&pairs, &slots)?;
         let value = |k: usize| {
             let bin = &bins.bins[k];
@@ -111,21 +120,22 @@ impl Validating<'_> {
         let mut bins = [bins];
         let traced = self.interreflection(&name, &bins, bounces, notes, control)?;
         let interreflection = traced.as_ref().map(|i| &i.bins[0][..]);
-        let stray_light = self.stray_light;
-        let light = OtherLight { stray_light, interreflection };
-        let mut predicted = self.fitted.predict(&bins[0], light, control)?;
+        let mut light = OtherLight { stray_light: [0.0; 3], interreflection };
+        let mut predicted = self.fitted.predict(&bins[0], ([0.0; 2], PREDICTION_SAMPLES), light, control)?;
+        light.stray_light = held_out::stray_light(&bins[0], &predicted, self.stray_light);
         let mut photograph = photograph.clone();
         let mut exposure = None;
         if !photograph.exposure_known {
             // How bright its light was says the photograph alone.
-            let factor = scale_of(&bins[0], &predicted, stray_light);
+            let factor = held_out::scale_of(&bins[0], &predicted, light.stray_light);
             exposure = Some(factor);
-            predicted.iter_mut().for_each(|p| (0..3).for_each(|c| p[c] = factor * (p[c] - stray_light[c]) + stray_light[c]));
+            predicted.iter_mut().flatten().for_each(|p| *p *= factor);
             bins[0].bins.iter_mut().for_each(|bin| bin.irradiance = bin.irradiance.map(|i| factor * i));
             match &mut photograph.light {
                 Light::Directional { irradiance: light, .. } | Light::Point { intensity: light, .. } => *light = light.map(|i| factor * i),
             }
         }
+        predicted.iter_mut().for_each(|p| (0..3).for_each(|c| p[c] += light.stray_light[c]));
         let relative_rms = bins[0].relative_rms(&predicted);
         let own = validate::direction(&photograph);
         let angle = |other: &Compared| own.angle_between(validate::direction(&other.photograph)).to_degrees();
@@ -162,18 +172,6 @@ impl Validating<'_> {
         notes.extend(found.notes.iter().map(|note| format!("{name}: {note}")));
         Ok(Some(found))
     }
-}
-
-/// The factor of a prediction that is nearest to the photograph.
-fn scale_of(bins: &DirectionBins, predicted: &[[f64; 3]], stray_light: [f64; 3]) -> f64 {
-    let (mut product, mut square) = (0.0, 0.0);
-    for (bin, p) in bins.bins.iter().zip(predicted) {
-        for c in 0..3 {
-            product += bin.count as f64 * (p[c] - stray_light[c]) * (bin.mean[c] - stray_light[c]);
-            square += bin.count as f64 * (p[c] - stray_light[c]).powi(2);
-        }
-    }
-    if square > 0.0 && product > 0.0 { product / square } else { 1.0 }
 }
 
 #[cfg(test)]

@@ -2,7 +2,10 @@
 
 use super::comparison::{Fitted, OtherLight, Validating};
 use super::deadline::stopped_when;
+use super::diagnosis;
 use super::found::found;
+use super::held_out;
+use super::nuisances;
 use super::options::{COARSE, FINE, Options, POLISH_SAMPLES, SEARCH_SHARE};
 use super::outcome::{Compared, Early, Outcome};
 use super::prepared::{Prepared, sights_of};
@@ -21,7 +24,9 @@ use crate::residuals::unknowns::{self, Shot, UnknownKind, stray_light};
 use crate::search::{APART, SearchShared, Start, Trace};
 use crate::uncertainty::identify::{self, Identified, Known};
 use crate::uncertainty::profile::{self, Profile};
-use crate::verdict::validate::{self, Validation};
+use crate::verdict::gates::{self, Judged};
+use crate::verdict::near::NearComparison;
+use crate::verdict::validate::Validation;
 use biscale::error::{BadInput, Error, Result};
 use biscale::filter::Control;
 use std::sync::atomic::AtomicBool;
@@ -125,7 +130,11 @@ fn report(
     let best = &Start { point: starts[0].point[..unknowns::variables(spec).len()].to_vec(), ..starts[0].clone() };
     let model = model_of(prepared, &solved, &prepared.fine, POLISH_SAMPLES, best, &variants[best.choice], control)?;
     let Some(evaluated) = model.evaluate(&best.point, control)? else { return Err(no_surface(prepared)) };
-    let (identified, profiles) = uncertainty(prepared, &solved, &model, &evaluated, best, early, &mut parts)?;
+    let (mut identified, profiles) = uncertainty(prepared, &solved, &model, &evaluated, best, early, &mut parts)?;
+    if !identified.covariance.is_empty() {
+        let scale = ScaleOfColours::of(prepared, &model, &evaluated);
+        identified.add_scale(scale.sigma, scale.assumed);
+    }
     watch.lap("uncertainty");
     let mut notes = prepared.notes.clone();
     notes.extend(best.interreflection.iter().flat_map(|found| found.notes.iter().cloned()));
@@ -144,6 +153,8 @@ fn report(
     let mut validations = Vec::new();
     if spec.of_role(Role::Validation).next().is_some() {
         let stray_light = stray_light(&model.unknowns, &evaluated.linear, Shot::Distant(0));
+        let mean = prepared.fine[0].mean;
+        let stray_light = std::array::from_fn(|c| if mean[c] > 0.0 { stray_light[c] / mean[c] } else { 0.0 });
         let question = Validating { fitted, compared: &compared, training, stray_light, seed: options.seed };
         let validated = parts.make("validation", 0.7, |control| validate_all(prepared, &question, control))?;
         let (found, told) = validated.unwrap_or_default();
@@ -156,9 +167,29 @@ fn report(
     if !several.is_empty() {
         notes.push(format!("several solutions: {} other minima fit as well as the best one", several.len()));
     }
+    notes.splice(0..0, nuisances::notes(prepared, &identified.known));
     notes.extend(identified.known.iter().filter_map(note_of));
     notes.extend(left_out_note(&parts.left_out));
-    let failures = failures(training, &validations, &starts[0]);
+    let pixels: Vec<(String, f64)> = compared.iter().map(|c| (c.photograph.name(), c.pixel_relative_rms)).collect();
+    let near = prepared.close_up.as_ref().and_then(|found| NearComparison::of(found, &model, &evaluated));
+    let failures = gates::failures(&Judged {
+        objective: starts[0].objective,
+        training,
+        pixels: &pixels,
+        validations: &validations.iter().map(|(v, _)| v).collect::<Vec<_>>(),
+        close_up: close_up.as_ref(),
+        near: near.as_ref(),
+        known: &identified.known,
+    });
+    let mut causes = Vec::new();
+    if !failures.is_empty() && early.is_none() {
+        let found = parts.make("diagnosis", 0.95, |control| {
+            let mut found = diagnosis::causes(prepared, &solved, best, control)?;
+            found.extend(held_out::causes(prepared, &fitted, training, &validations, control)?);
+            Ok(found)
+        })?;
+        causes = found.unwrap_or_default();
+    }
     (parts.control.progress)("report", 1.0);
     let entries = if early.is_some() { shared.trace_with_memory() } else { shared.sorted_trace() };
     Ok(Outcome {
@@ -172,6 +203,7 @@ fn report(
         training,
         several,
         close_up,
+        near,
         bins: prepared.fine.clone(),
         compared,
         validations,
@@ -180,9 +212,32 @@ fn report(
         seconds: watch.parts,
         notes,
         failures,
+        causes,
         starts,
         material,
     })
+}
+
+/// How well the scale is known that all colours share.
+struct ScaleOfColours {
+    /// Relative standard deviation.
+    sigma: f64,
+    /// Whether nobody gave that of the irradiance.
+    assumed: bool,
+}
+
+impl ScaleOfColours {
+    /// It is that of the distant photographs' irradiance. Where the close-up has another one than its file says, either may be wrong.
+    fn of(prepared: &Prepared<'_>, model: &Model<'_>, evaluated: &Evaluated) -> Self {
+        let stated = prepared.distant[0];
+        let exposure = model.unknowns.iter().position(|u| u.kind == UnknownKind::Exposure).map_or(1.0, |k| evaluated.linear[k]);
+        let known = prepared.close_up.as_ref().is_some_and(|found| found.exposure_known);
+        let disagreement = if known { exposure - 1.0 } else { 0.0 };
+        Self {
+            sigma: stated.irradiance_sigma().hypot(disagreement),
+            assumed: stated.stated_irradiance_sigma.is_none() || !stated.exposure_known,
+        }
+    }
 }
 
 /// How well the unknowns are known, and profiles of those that are known worst. Where the search ended early there are no profiles.
@@ -322,8 +377,6 @@ fn note_of(known: &Known) -> Option<String> {
     if known.not_identified {
         let share = 100.0 * known.sigma / known.range.max(f64::MIN_POSITIVE);
         Some(format!("{} is not identified: its standard deviation is {share:.0} % of its range", known.name))
-    } else if known.at_bound && known.kind == "parameter" {
-        Some(format!("{} lies on a bound", known.name))
     } else {
         None
     }
@@ -336,31 +389,6 @@ fn coordinates(model: &Model<'_>, joint: bool) -> Vec<String> {
         names.extend(model.unknowns.iter().filter(|u| matches!(u.kind, UnknownKind::Colour(..))).map(|u| u.name.clone()));
     }
     names
-}
-
-/// Why the fit is not to be believed.
-fn failures(training: f64, validations: &[(Validation, Compared)], best: &Start) -> Vec<String> {
-    let mut failures = Vec::new();
-    if !best.objective.is_finite() || !training.is_finite() {
-        failures.push("nothing was fitted".to_owned());
-    } else if training > validate::MOST_ERROR {
-        failures.push(format!(
-            "the material does not explain the photographs: the relative RMS difference is {:.1} %, over {:.0} %",
-            100.0 * training,
-            100.0 * validate::MOST_ERROR
-        ));
-    }
-    for (validation, _) in validations {
-        if validation.verdict == validate::Verdict::Fail {
-            failures.push(format!(
-                "{} is not predicted: the relative RMS difference is {:.1} %, {:.1} times that of training",
-                validation.photograph,
-                100.0 * validation.relative_rms,
-                validation.ratio
-            ));
-        }
-    }
-    failures
 }
 
 /// Other minima as good as the best one, and not near it.

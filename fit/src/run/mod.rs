@@ -2,8 +2,11 @@
 
 mod comparison;
 mod deadline;
+mod diagnosis;
 mod finish;
 mod found;
+mod held_out;
+mod nuisances;
 mod options;
 mod outcome;
 mod prepared;
@@ -12,6 +15,7 @@ mod stopwatch;
 mod watcher;
 mod whole;
 
+pub use diagnosis::Cause;
 pub use options::{COARSE, Effort, FINE, Options, POLISH_SAMPLES, REPORT_SHARE};
 pub use outcome::{Better, Compared, Early, Outcome};
 pub use prepared::{Survey, survey};

@@ -1,5 +1,6 @@
 //! What a fit gives: the material, all that says how far to trust it, and the best guess so far while the search runs.
 
+use super::diagnosis::Cause;
 use crate::fit_file::material_text::MaterialText;
 use crate::photograph::close_up::CloseUp;
 use crate::photograph::direction_bins::DirectionBins;
@@ -8,6 +9,7 @@ use crate::residuals::model::Model;
 use crate::search::{Stage, Start, Trace};
 use crate::uncertainty::identify::Identified;
 use crate::uncertainty::profile::Profile;
+use crate::verdict::near::NearComparison;
 use crate::verdict::picture::RenderedPhotograph;
 use crate::verdict::validate::Validation;
 use biscale::error::Result;
@@ -60,6 +62,8 @@ pub struct Outcome {
     pub best: Vec<f64>,
     /// What the close-up says.
     pub close_up: Option<CloseUp>,
+    /// The close-up beside the fitted material, where its light is compared.
+    pub near: Option<NearComparison>,
     /// Direction bins of the distant photographs.
     pub bins: Vec<DirectionBins>,
     /// Distant photographs beside the fitted material.
@@ -74,8 +78,10 @@ pub struct Outcome {
     pub seconds: Vec<(&'static str, f64)>,
     /// What the user should know.
     pub notes: Vec<String>,
-    /// Whether the fit is to be believed: see [`Outcome::failures`].
+    /// Why the fit is not to be believed ([`crate::verdict::gates`]); empty if it may be.
     pub failures: Vec<String>,
+    /// What makes the photographs agree, the likeliest first; looked for where the fit fails.
+    pub causes: Vec<Cause>,
 }
 
 /// What ended a search early.

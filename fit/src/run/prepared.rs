@@ -80,10 +80,14 @@ impl<'a> Prepared<'a> {
             control.check()?;
         }
         let colours: Vec<[f64; 3]> = (0..start.surfaces.len()).map(|s| surface_colour(&start, s)).collect();
-        let close_up = spec
+        let mut close_up = spec
             .of_role(Role::CloseUp)
             .next()
             .map(|p| CloseUp::new(p, &sights_of(p, spec, &start), &start, mean_period::uniform(&spec.material.geometry), &colours));
+        if let Some(found) = &mut close_up {
+            // Neither irradiance is exact.
+            found.exposure_sigma = found.exposure_sigma.hypot(distant[0].irradiance_sigma());
+        }
         match &close_up {
             Some(found) => notes.extend(found.notes.iter().map(|n| format!("close-up: {n}"))),
             None => notes.push(

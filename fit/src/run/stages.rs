@@ -247,7 +247,7 @@ impl Search<'_> {
 
     /// A start with the interreflections that it has where it stands. These depend on the colours, and the colours on them: `rounds` of both
     /// in turns.
-    fn interreflecting(&self, mut start: Start, rounds: usize, variants: &[Variant]) -> Result<Start> {
+    pub(super) fn interreflecting(&self, mut start: Start, rounds: usize, variants: &[Variant]) -> Result<Start> {
         for _ in 0..rounds {
             match self.interreflection(&start, variants) {
                 Ok(Some(found)) => start.interreflection = Some(Arc::new(found)),

@@ -40,6 +40,11 @@ pub struct Known {
     pub not_identified: bool,
     /// Whether its standard deviation is over 10 % of its value.
     pub weak: bool,
+    /// Of a colour: its standard deviation against the other colours, without the scale that all of them share.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sigma_of_ratio: Option<f64>,
+    /// Of a colour: whether that scale rests on an irradiance whose standard deviation nobody gave.
+    pub scale_assumed: bool,
     /// Its standard deviation without the close-up, if there is one.
     pub sigma_without_close_up: Option<f64>,
     /// Whether it is the close-up that tells it: without it the standard deviation is three times as large, or all of the range.
@@ -63,6 +68,8 @@ impl Known {
             at_bound: false,
             not_identified: false,
             weak: false,
+            sigma_of_ratio: None,
+            scale_assumed: false,
             sigma_without_close_up: None,
             from_close_up: false,
             kind: "parameter",
@@ -108,6 +115,22 @@ pub struct Identified {
 }
 
 impl Identified {
+    /// Adds what is not known of the scale that all colours share, a share of each of them: `sigma`. It comes from the irradiance of the
+    /// photographs, which nothing in them tells.
+    pub fn add_scale(&mut self, sigma: f64, assumed: bool) {
+        let n = self.known.len();
+        let of = |known: &Known| if known.kind == "colour" { sigma * known.value / known.scale } else { 0.0 };
+        let column: Vec<f64> = self.known.iter().map(of).collect();
+        for (i, known) in self.known.iter_mut().enumerate().filter(|(_, known)| known.kind == "colour") {
+            known.sigma_of_ratio = Some(known.sigma);
+            known.scale_assumed = assumed;
+            for j in 0..n {
+                self.covariance[i * n + j] += column[i] * column[j];
+            }
+            known.set_sigma(self.covariance[i * n + i].sqrt());
+        }
+    }
+
     /// Makes one standard deviation larger by a factor, and those of all unknowns that answer to that one.
     pub fn widen(&mut self, unknown: usize, factor: f64) {
         let n = self.known.len();
@@ -252,9 +275,7 @@ fn ranges(model: &Model<'_>, variables: usize, best: &Evaluated) -> Vec<f64> {
     let linear = model.unknowns.iter().zip(&best.linear).map(|(u, value)| match u.kind {
         UnknownKind::Colour(..) => (u.bounds[1] - u.bounds[0]).max(PARAMS.least_range),
         UnknownKind::StrayLight(Shot::Distant(p), c) => model.input.photographs[p].mean[c].max(PARAMS.least_range),
-        UnknownKind::StrayLight(Shot::CloseUp, c) => {
-            model.input.close_up.map_or(0.0, |found| found.mean[c]).max(PARAMS.least_range)
-        }
+        UnknownKind::StrayLight(Shot::CloseUp, c) => model.input.close_up.map_or(0.0, |found| found.mean[c]).max(PARAMS.least_range),
         UnknownKind::Exposure => *value,
     });
     std::iter::repeat_n(1.0, variables).chain(linear).collect()
@@ -346,8 +367,13 @@ pub fn values_only(model: &Model<'_>, point: &[f64], best: &Evaluated) -> Identi
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
+
+    /// An unknown of a kind, between 0 and 1.
+    pub fn known_as(name: &str, kind: &'static str) -> Known {
+        Known { name: name.to_owned(), kind, ..Known::of(0.5, [0.0, 1.0]) }
+    }
 
     #[test]
     fn what_answers_to_an_unknown_that_is_known_worse_is_known_worse_itself() {
@@ -360,6 +386,17 @@ mod tests {
         let answering = 2.0 * (4e-4_f64 + 8.0 * 9e-8 / 4e-4).sqrt();
         assert!((sigma[0] - 0.12).abs() < 1e-12 && (sigma[1] - answering).abs() < 1e-12 && (sigma[2] - 0.02).abs() < 1e-12, "{sigma:?}");
         assert!(found.known[0].weak && !found.known[2].weak);
+    }
+
+    #[test]
+    fn the_scale_of_colours_is_known_no_better_than_the_irradiance() {
+        let mut found = Identified { known: vec![known_as("a", "colour"), known_as("b", "parameter")], ..Identified::default() };
+        found.covariance = vec![1e-4, 0.0, 0.0, 1e-4];
+        found.known.iter_mut().for_each(|known| known.set_sigma(0.01));
+        found.add_scale(0.05, true);
+        let [a, b] = [0, 1].map(|k| &found.known[k]);
+        assert!((a.sigma - 0.01_f64.hypot(0.025)).abs() < 1e-12 && a.sigma_of_ratio == Some(0.01) && a.scale_assumed, "{a:?}");
+        assert!(b.sigma == 0.01 && b.sigma_of_ratio.is_none() && !b.scale_assumed, "{b:?}");
     }
 
     #[test]

@@ -53,11 +53,16 @@ pub struct Validation {
     pub exposure: Option<f64>,
 }
 
+/// Largest error of a held-out photograph that passes, against that of training.
+pub fn limit(training: f64) -> f64 {
+    MOST_ERROR.min(MOST_RATIO * training.max(LEAST_TRAINING))
+}
+
 /// What came of an error, against that of training, with so far a light.
 pub fn verdict(error: f64, training: f64, angle_deg: f64) -> Verdict {
     if angle_deg < LEAST_ANGLE_DEG {
         Verdict::Refused
-    } else if error <= MOST_ERROR && error <= MOST_RATIO * training.max(LEAST_TRAINING) {
+    } else if error <= limit(training) {
         Verdict::Pass
     } else {
         Verdict::Fail

@@ -1,6 +1,7 @@
 //! Photographs of surfaces that are really there, by nothing of the fitter: rays to single threads and grooves, other triangles, other numbers at
 //! random; and what cameras do to them.
 
+pub mod faulty;
 pub mod question;
 pub mod rows;
 pub mod scene;
@@ -85,15 +86,8 @@ pub const PERFECT: Faults = Faults {
     distortion: 0.0,
 };
 /// Those of a decent camera.
-pub const REAL: Faults = Faults {
-    light_off_deg: [0.35, 0.35],
-    blur: 0.7,
-    vignetting: 0.02,
-    noise: [1e-6, 4e-5],
-    bits: Some(12),
-    jpeg: false,
-    ..PERFECT
-};
+pub const REAL: Faults =
+    Faults { light_off_deg: [0.35, 0.35], blur: 0.7, vignetting: 0.02, noise: [1e-6, 4e-5], bits: Some(12), jpeg: false, ..PERFECT };
 
 impl Faults {
     /// Those of one photograph.

@@ -9,6 +9,7 @@ use biscale_fit::search::optimise::Optimiser;
 use std::path::Path;
 
 /// A surface, how it is photographed, and where its fit begins.
+#[derive(Clone)]
 pub struct Scene {
     pub name: String,
     pub truth: String,

@@ -141,6 +141,7 @@ pub fn flags(known: &Known) -> Vec<&'static str> {
         (known.weak && !known.not_identified, "weak"),
         (known.at_bound && known.kind != "veil", "at a bound"),
         (known.from_close_up, "from the close-up"),
+        (known.scale_assumed, "its scale rests on an assumed irradiance"),
     ];
     all.into_iter().filter(|(set, _)| *set).map(|(_, word)| word).collect()
 }
@@ -163,11 +164,13 @@ pub fn summary(spec: &Spec, options: &Options, outcome: &Outcome, compared: &[tr
         "name": spec.name,
         "verdict": verdict,
         "failures": outcome.failures,
+        "causes": outcome.causes,
         "training": {
             "relative_rms": outcome.training,
             "objective": finite(outcome.objective),
             "chi2": finite(outcome.identified.chi2),
             "residuals": finite(outcome.identified.residuals),
+            "close_up": outcome.near.as_ref().map(|near| json!({ "relative_rms": finite(near.relative_rms) })),
             "photographs": outcome.compared.iter().zip(&outcome.bins).map(|(c, bins)| json!({
                 "photograph": c.photograph.file.file_name().unwrap_or_default().to_string_lossy(),
                 "relative_rms": c.relative_rms,

@@ -216,7 +216,7 @@ fn show(better: &Better<'_>, shown: &Mutex<Instant>, folder: &Folder, control: &
         return;
     }
     let Ok(Some(rgb)) = better.picture(0, control) else { return };
-    if let Ok(png) = pictures::panels(&[(better.photographs[0], &rgb)]) {
+    if let Ok(png) = pictures::panels(&[pictures::Pair::new(better.photographs[0], &rgb)]) {
         // A picture that cannot be written must not stop the work; the last one, with the report, must.
         let _ = folder.write_pictures(&png);
     }
@@ -289,6 +289,9 @@ fn tell(common: &CommonArgs, args: &FitArgs, outcome: &Outcome, compared: &[trad
     }
     for failure in &outcome.failures {
         output::say(&format!("failure: {}", common.flags.in_text(failure)));
+    }
+    for cause in &outcome.causes {
+        output::tell(common, &format!("likely cause: {}", common.flags.in_text(&cause.remedy)));
     }
     for note in &outcome.notes {
         output::tell(common, &format!("note: {}", common.flags.in_text(note)));

@@ -2,17 +2,22 @@
 
 use super::files::{digits, flags};
 use super::flip::mean_flip;
+use super::pictures::Pair;
 use super::report_plots::{convergence, profile_plot};
 use super::{pictures, trade};
 use crate::common;
 use crate::common::figure::Svg;
 use biscale::error::Result;
 use biscale::formats::svg::png_url;
+use biscale::numerics::colour::srgb_byte;
 use biscale_fit::fit_file::spec::Spec;
-use biscale_fit::photograph::image::Photograph;
+use biscale_fit::photograph::image::{IRRADIANCE_SIGMA, Photograph, Role};
 use biscale_fit::run::{Options, Outcome};
-use biscale_fit::verdict::validate::Verdict;
+use biscale_fit::uncertainty::identify::Known;
+use biscale_fit::verdict::gates::MOST_NEAR_ERROR;
+use biscale_fit::verdict::validate::{LEAST_ANGLE_DEG, LEAST_TRAINING, MOST_ERROR, MOST_RATIO, Verdict};
 use maud::{Markup, PreEscaped, html};
+use std::path::Path;
 
 const STYLE: &str = "img{image-rendering:pixelated;max-width:100%}\
 .pass{background:#e3f4e1}.fail{background:#fbe3df}.open{background:#f4efdc}.verdict{padding:.6em 1em;border-radius:6px;font-size:1.1em}\
@@ -21,16 +26,20 @@ const STYLE: &str = "img{image-rendering:pixelated;max-width:100%}\
 /// The report.
 pub fn page(spec: &Spec, options: &Options, outcome: &Outcome, compared: &[trade::Line]) -> Result<String> {
     let photographs = photographs(outcome)?;
+    let close_up = close_up(outcome)?;
     let body = html! {
         h1 { (spec.name) }
         (verdict(outcome))
+        (causes(outcome))
         (photographs)
+        (close_up)
         (validation(outcome))
         (unknowns(outcome))
-        (close_up(outcome))
+        (colours(outcome))
         (search(options, outcome))
         (optimisers(compared))
         (notes(outcome))
+        (inputs(spec, options))
         p { small { "biscale fit " (env!("CARGO_PKG_VERSION")) } }
     };
     Ok(common::page::page("made by biscale fit", &spec.name, STYLE, &body))
@@ -59,12 +68,38 @@ fn verdict(outcome: &Outcome) -> Markup {
     }
 }
 
+/// What makes the photographs agree, where they do not.
+fn causes(outcome: &Outcome) -> Markup {
+    html! {
+        @if !outcome.causes.is_empty() {
+            h2 { "Likely cause" }
+            p { "One assumption at a time was made otherwise. These make the photographs agree, the likeliest first:" }
+            ol {
+                @for cause in &outcome.causes {
+                    li {
+                        (cause.remedy) " "
+                        small {
+                            "(squared residuals " (format!("{:.0} %", 100.0 * cause.objective_ratio)) " of what they were; training error "
+                            (percent(cause.training)) @if let Some(near) = cause.close_up { ", close-up " (percent(near)) } ")"
+                        }
+                    }
+                }
+            }
+        } @else if !outcome.failures.is_empty() && !outcome.left_out.contains(&"diagnosis") {
+            p {
+                "No single assumption that was made otherwise (close-up turned or mirrored, photographs swapped, values encoded, lights elsewhere, \
+                 reflections) makes the photographs agree: the kind of structure or the BRDFs may be others."
+            }
+        }
+    }
+}
+
 fn photographs(outcome: &Outcome) -> Result<Markup> {
     let fitted = outcome.compared.iter().map(|c| (c, "fitted"));
     let held_out = outcome.validations.iter().map(|(_, c)| (c, "held out"));
     let mut shown = Vec::new();
     for (compared, role) in fitted.chain(held_out) {
-        let png = pictures::panels(&[(&compared.photograph, &compared.picture.rgb)])?;
+        let png = pictures::panels(&[Pair::of(compared)])?;
         let flip = mean_flip(&compared.photograph, &compared.picture.rgb, &compared.used);
         shown.push(html! {
             p {
@@ -95,8 +130,9 @@ fn validation(outcome: &Outcome) -> Markup {
             p { "No photograph was held out: how the material looks under another light is not tested." }
         } @else {
             p {
-                "Everything held fixed, another light. It passes with at most 5 % and at most twice the training error; a light within 10 degrees \
-                 of a fitted one proves nothing."
+                (format!("Everything held fixed, another light. It passes with at most {:.0} %, and at most {MOST_RATIO:.0} times the training error or \
+                 {:.0} %, whichever is larger; a light within {LEAST_ANGLE_DEG:.0} degrees of a fitted one proves nothing.",
+                    100.0 * MOST_ERROR, 100.0 * LEAST_TRAINING))
             }
             table {
                 tr {
@@ -118,8 +154,10 @@ fn validation(outcome: &Outcome) -> Markup {
 fn unknowns(outcome: &Outcome) -> Markup {
     let identified = &outcome.identified;
     let computed = !identified.chi2.is_nan();
-    let relative = |value: f64, sigma: f64| {
-        if value == 0.0 || sigma.is_nan() { "-".to_owned() } else { format!("{:.1}", 100.0 * (sigma / value).abs()) }
+    // A share of a number that is zero where nothing is wrong says nothing.
+    let relative = |known: &Known| {
+        let about_zero = ["light", "veil"].contains(&known.kind) || known.value == 0.0;
+        if about_zero || known.sigma.is_nan() { "-".to_owned() } else { format!("{:.1}", 100.0 * (known.sigma / known.value).abs()) }
     };
     html! {
         h2 { "What was found, and how well it is known" }
@@ -127,7 +165,8 @@ fn unknowns(outcome: &Outcome) -> Markup {
             tr { th { "unknown" } th.n { "value ± σ" } th.n { "%" } th.n { "bounds" } th { "remarks" } }
             @for known in &identified.known {
                 tr {
-                    td { (known.name) } td.n { (digits(known.value)) @if known.sigma.is_finite() { " ± " (digits(known.sigma)) } } td.n { (relative(known.value, known.sigma)) }
+                    td title=(known.name) { (plain_name(&known.name)) }
+                    td.n { (digits(known.value)) @if known.sigma.is_finite() { " ± " (digits(known.sigma)) } } td.n { (relative(known)) }
                     td.n { (digits(known.bounds[0])) " .. " (digits(known.bounds[1])) } td.flag { (flags(known).join(", ")) }
                 }
             }
@@ -166,10 +205,19 @@ fn correlations(outcome: &Outcome) -> Markup {
     }
 }
 
-fn close_up(outcome: &Outcome) -> Markup {
-    let Some(found) = &outcome.close_up else { return html! {} };
-    html! {
+/// The close-up beside the material, and what it says by itself.
+fn close_up(outcome: &Outcome) -> Result<Markup> {
+    let Some(found) = &outcome.close_up else { return Ok(html! {}) };
+    let picture = outcome.near.as_ref().and_then(Pair::of_close_up).map(|pair| pictures::panels(&[pair])).transpose()?;
+    Ok(html! {
         h2 { "The close-up" }
+        @if let Some(near) = &outcome.near {
+            p {
+                "Relative RMS difference " (percent(near.relative_rms)) ", at most " (format!("{:.0} %", 100.0 * MOST_NEAR_ERROR)) " passes."
+                @if picture.is_some() { " Its mean period, that of the material, and their difference:" }
+            }
+        }
+        @if let Some(png) = &picture { img alt="mean period, material, difference" src=(png_url(png)); }
         table {
             @for (axis, period) in ["x", "y"].iter().zip(&found.period) {
                 tr {
@@ -189,6 +237,74 @@ fn close_up(outcome: &Outcome) -> Markup {
                 }
             }
         }
+    })
+}
+
+/// The colours that were found, as a screen shows them.
+fn colours(outcome: &Outcome) -> Markup {
+    let channels = ["red", "green", "blue"].map(|c| format!(" {c}"));
+    let colour = |k: &Known| {
+        let key = k.name.strip_suffix(&channels[0])?;
+        let value = |c: usize| outcome.identified.known.iter().find(|k| k.name == format!("{key}{}", channels[c])).map(|k| k.value);
+        Some((plain_name(key), [value(0)?, value(1)?, value(2)?]))
+    };
+    let found: Vec<(String, [f64; 3])> = outcome.identified.known.iter().filter(|k| k.kind == "colour").filter_map(colour).collect();
+    let assumed = outcome.identified.known.iter().any(|k| k.scale_assumed);
+    html! {
+        @if !found.is_empty() {
+            table {
+                @for (name, value) in &found {
+                    @let [r, g, b] = value.map(srgb_byte);
+                    tr {
+                        td { (name) }
+                        td { span style=(format!("display:inline-block;width:5em;height:1.2em;background:rgb({r},{g},{b})")) {} }
+                        td { "[" (value.map(digits).join(", ")) "]" }
+                    }
+                }
+            }
+        }
+        @if assumed {
+            p {
+                "All colours share the scale of the irradiance in the file, which nothing in the photographs tells; its standard deviation was not \
+                 given and was taken as " (format!("{:.0} %", 100.0 * IRRADIANCE_SIGMA))
+                ". Write " code { "irradiance_sigma" } " into the fit file where it is known better or worse."
+            }
+        }
+    }
+}
+
+/// A number of a material or a photograph in words.
+fn plain_name(name: &str) -> String {
+    let words = |text: &str| text.replace("_deg", " (degrees)").replace('_', " ");
+    let photograph = |shot: &str| if shot == "close-up" { "the close-up".to_owned() } else { format!("distant photograph {shot}") };
+    let mut parts = name.splitn(3, ' ');
+    match (parts.next(), parts.next(), parts.next()) {
+        (Some("light"), Some(shot), Some(axis)) => format!("light of {}, {}", photograph(shot), words(axis)),
+        (Some("veil"), Some(shot), Some(channel)) => format!("stray light of {}, {channel}", photograph(shot)),
+        _ => match name.split('.').collect::<Vec<_>>()[..] {
+            ["geometry", key] => words(key),
+            ["surface", part, "brdf", key] => format!("{part} {}", words(key)),
+            ["surface", part, key] => format!("{part} {}", words(key)),
+            _ => name.to_owned(),
+        },
+    }
+}
+
+/// What was fitted, and by which command.
+fn inputs(spec: &Spec, options: &Options) -> Markup {
+    let file = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    html! {
+        h2 { "Made from" }
+        ul {
+            li { "fit file " code { (file(&spec.source.path)) } ", start material " code { (file(&spec.material_file)) } }
+            @for photograph in &spec.photographs {
+                li {
+                    (match photograph.role { Role::Distant => "distant", Role::CloseUp => "close-up", Role::Validation => "held out" }) " "
+                    code { (photograph.name()) } (format!(", {} x {} pixels", photograph.image.width, photograph.image.height))
+                }
+            }
+        }
+        p { code { (format!("biscale fit {} -o FOLDER --optimizer {} --seed {}", file(&spec.source.path), options.optimiser.name(), options.seed)) } }
     }
 }
 

@@ -1,0 +1,128 @@
+//! Why a fit fails: from the best point on it goes down again with one assumption at a time made otherwise, and says which one makes the photographs
+//! agree.
+
+use super::options::{COARSE, Options};
+use super::prepared::Prepared;
+use super::stages::{Search, model_of};
+use crate::fit_file::spec::Spec;
+use crate::parallel::in_parallel;
+use crate::residuals::equations::Evaluated;
+use crate::residuals::model::Model;
+use crate::residuals::unknowns::{self, Variable};
+use crate::search::descent::{Evaluate, descend};
+use crate::search::optimise::Limits;
+use crate::search::{Memory, SearchShared, Start, Told};
+use crate::verdict::assumption::Assumption;
+use crate::verdict::near::NearComparison;
+use biscale::error::{Error, Result};
+use biscale::filter::Control;
+use serde::Serialize;
+
+/// Largest objective of photographs that agree, over that of those that do not. Chosen, not measured: what samples and one more free number change is
+/// some per cent; what wrong assumptions cost is several times as much (`cargo test --test faults`).
+const REPAIRED: f64 = 0.6;
+/// How each descent ends: as that of the last stage, sooner.
+const LIMITS: Limits = Limits { step: 0.1, size: 0.01, cost: 0.01, evaluations: 160 };
+
+/// An assumption that makes the photographs agree when it is made otherwise.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cause {
+    /// What it is, and what to do about it.
+    pub remedy: String,
+    /// The objective without it over that with it, both after a descent.
+    pub objective_ratio: f64,
+    /// Relative RMS difference of the distant photographs without it.
+    pub training: f64,
+    /// The same of the close-up.
+    pub close_up: Option<f64>,
+}
+
+/// What the photographs are explained like under an assumption.
+struct Explained {
+    objective: f64,
+    training: f64,
+    close_up: Option<f64>,
+}
+
+/// The likely causes of a failure, the likeliest first.
+///
+/// # Errors
+/// `Interrupted`; failures that are no matter of the assumptions.
+pub(super) fn causes(prepared: &Prepared<'_>, options: &Options, best: &Start, control: &Control<'_>) -> Result<Vec<Cause>> {
+    let now = explained(prepared, prepared.spec, options, best, control)?;
+    let Some(now) = now else { return Ok(Vec::new()) };
+    let mut causes = Vec::new();
+    for assumption in Assumption::all(prepared.spec) {
+        let spec = assumption.applied(prepared.spec);
+        let other = match Prepared::new(&spec, control) {
+            Ok(other) => other,
+            // What cannot be looked at otherwise is no cause.
+            Err(Error::BadInput(_)) => continue,
+            Err(error) => return Err(error),
+        };
+        let Some(then) = explained(&other, prepared.spec, options, best, control)? else { continue };
+        if then.objective <= REPAIRED * now.objective {
+            causes.push(Cause {
+                remedy: assumption.remedy(prepared.spec),
+                objective_ratio: then.objective / now.objective,
+                training: then.training,
+                close_up: then.close_up,
+            });
+        }
+    }
+    causes.sort_by(|a, b| a.objective_ratio.total_cmp(&b.objective_ratio));
+    Ok(causes)
+}
+
+/// Goes down from where a search of the fit file `old` ended.
+fn explained(prepared: &Prepared<'_>, old: &Spec, options: &Options, best: &Start, control: &Control<'_>) -> Result<Option<Explained>> {
+    let variants = prepared.variants().all;
+    let memory = Memory::default();
+    let shared = SearchShared::new(control, None, &memory, Told { better: &|_, _| {}, kept: &|_, _| {} });
+    let search = Search { prepared, options, shared: &shared };
+    let point = translated(old, prepared.spec, &best.point);
+    let mut start = Start { point, choice: best.choice.min(variants.len() - 1), registration: None, ..best.clone() };
+    if prepared.spec.bounces != old.bounces {
+        start.interreflection = None;
+    }
+    if prepared.spec.bounces > 0 {
+        start = search.interreflecting(start, 1, &variants)?;
+    }
+    let samples = 2 * COARSE.samples;
+    let mut model = model_of(prepared, options, &prepared.fine, samples, &start, &variants[start.choice], control)?;
+    model.settle_height(&start.point, control)?;
+    let found = descend(&model, &start.point, LIMITS, &Plain { model: &model, control })?;
+    let Some(evaluated) = model.evaluate(&found.point, control)? else { return Ok(None) };
+    let near = prepared.close_up.as_ref().and_then(|close_up| NearComparison::of(close_up, &model, &evaluated));
+    Ok(Some(Explained {
+        objective: evaluated.objective * doubted(&model),
+        training: evaluated.relative_rms(&prepared.fine),
+        close_up: near.map(|near| near.relative_rms),
+    }))
+}
+
+/// What the objective would be about, were the close-up not believed less for being explained badly.
+fn doubted(model: &Model<'_>) -> f64 {
+    model.registration().map_or(1.0, |registration| registration.doubt)
+}
+
+/// A point of the search of one fit file as a point of another's, whose lights have other bounds.
+fn translated(from: &Spec, to: &Spec, point: &[f64]) -> Vec<f64> {
+    let one = |((old, new), &unit): ((&Variable, &Variable), &f64)| match (old, new) {
+        (Variable::Light { sigma: old, .. }, Variable::Light { sigma: new, .. }) => 0.5 + (unit - 0.5) * old / new,
+        _ => unit,
+    };
+    unknowns::variables(from).iter().zip(&unknowns::variables(to)).zip(point).map(one).collect()
+}
+
+/// Evaluations that nobody notes.
+struct Plain<'a> {
+    model: &'a Model<'a>,
+    control: &'a Control<'a>,
+}
+
+impl Evaluate for Plain<'_> {
+    fn evaluate(&self, points: &[Vec<f64>], linear: Option<&[f64]>) -> Result<Vec<Option<Evaluated>>> {
+        in_parallel(points, |_, point| self.model.evaluate_with(point, linear, self.control))
+    }
+}

@@ -1,0 +1,150 @@
+//! A photograph that was held out, beside a prediction: its own stray light, the scale of its light, and what would make the two agree.
+
+use super::comparison::{Fitted, OtherLight};
+use super::diagnosis::Cause;
+use super::options::COARSE;
+use super::options::FINE;
+use super::outcome::Compared;
+use super::prepared::{Prepared, sights_of};
+use crate::photograph::direction_bins::DirectionBins;
+use crate::photograph::image::Role;
+use crate::photograph::params::PARAMS;
+use crate::verdict::validate::{Validation, Verdict, limit};
+use biscale::error::Result;
+use biscale::filter::Control;
+
+/// Steps of the turns of a light that are tried, degrees, each about the best one of the step before, and turns to either side.
+const TURNS_DEG: [f64; 3] = [4.0, 1.5, 0.5];
+/// See [`TURNS_DEG`]: 16 degrees in all.
+const TO_A_SIDE: i32 = 3;
+
+/// The stray light of a held-out photograph: what is between the prediction and the photograph in all bins alike, as far as its unlit pixels or
+/// background allow. Where it shows neither, that of the fitted photographs, `usual` over their mean, is expected.
+pub(super) fn stray_light(bins: &DirectionBins, predicted: &[[f64; 3]], usual: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|c| {
+        let [mut value, sigma] = bins.dark.prior(bins.mean, c);
+        if bins.dark.unlit.is_none() {
+            value = value.max(usual[c] * bins.mean[c]);
+        }
+        let precision = 1.0 / sigma.max(f64::MIN_POSITIVE.sqrt()).powi(2);
+        let (mut sum, mut weight) = (precision * value, precision);
+        for (bin, p) in bins.bins.iter().zip(predicted) {
+            let w = bin.weight / bin.sigma[c].powi(2);
+            sum += w * (bin.mean[c] - p[c]);
+            weight += w;
+        }
+        // What unlit pixels and background do not allow is an error of the prediction.
+        let most = value + PARAMS.stray_light_reach * sigma;
+        (sum / weight).clamp(0.0, most)
+    })
+}
+
+/// The factor of a prediction, without stray light, that is nearest to the photograph.
+pub(super) fn scale_of(bins: &DirectionBins, predicted: &[[f64; 3]], stray_light: [f64; 3]) -> f64 {
+    let (mut product, mut square) = (0.0, 0.0);
+    for (bin, p) in bins.bins.iter().zip(predicted) {
+        for c in 0..3 {
+            product += bin.count as f64 * p[c] * (bin.mean[c] - stray_light[c]);
+            square += bin.count as f64 * p[c].powi(2);
+        }
+    }
+    if square > 0.0 && product > 0.0 { product / square } else { 1.0 }
+}
+
+/// What would make held-out photographs agree that are not predicted: their light elsewhere, or brighter or darker.
+///
+/// # Errors
+/// Those of the filter.
+pub(super) fn causes(
+    prepared: &Prepared<'_>,
+    fitted: &Fitted<'_>,
+    training: f64,
+    validations: &[(Validation, Compared)],
+    control: &Control<'_>,
+) -> Result<Vec<Cause>> {
+    let mut causes = Vec::new();
+    for (validation, compared) in validations.iter().filter(|(v, _)| v.verdict == Verdict::Fail) {
+        let Some(photograph) = prepared.spec.of_role(Role::Validation).find(|p| p.file == compared.photograph.file) else { continue };
+        let bins = DirectionBins::new(photograph, &sights_of(photograph, prepared.spec, &prepared.start), FINE.bins)?;
+        let error = |turn_deg: [f64; 2], scales: bool| -> Result<(f64, f64)> {
+            let light = OtherLight { stray_light: [0.0; 3], interreflection: None };
+            let mut predicted = fitted.predict(&bins, (turn_deg, COARSE.samples), light, control)?;
+            let stray_light = stray_light(&bins, &predicted, [0.0; 3]);
+            let factor = if scales { scale_of(&bins, &predicted, stray_light) } else { 1.0 };
+            predicted.iter_mut().for_each(|p| (0..3).for_each(|c| p[c] = factor * p[c] + stray_light[c]));
+            Ok((bins.relative_rms(&predicted), factor))
+        };
+        let cause = |remedy: String, error: f64| Cause {
+            remedy,
+            objective_ratio: (error / validation.relative_rms).powi(2),
+            training,
+            close_up: None,
+        };
+        let (scaled, factor) = error([0.0; 2], true)?;
+        if scaled <= limit(training) && validation.exposure.is_none() {
+            let remedy = format!(
+                "the irradiance of {} is {:.2} times what the file says, or the fit's is: its light is predicted but for that factor",
+                validation.photograph, factor
+            );
+            causes.push(cause(remedy, scaled));
+        }
+        let (turn, turned) = best_turn(&|turn| error(turn, false).map(|found| found.0))?;
+        if turned <= limit(training) {
+            let remedy = format!(
+                "the light of {} stands elsewhere than the file says, by {:.1} degrees of azimuth and {:.1} of elevation",
+                validation.photograph, turn[0], turn[1]
+            );
+            causes.push(cause(remedy, turned));
+        }
+    }
+    causes.sort_by(|a, b| a.objective_ratio.total_cmp(&b.objective_ratio));
+    Ok(causes)
+}
+
+/// The turn of a light by which an error is least, and that error.
+fn best_turn(error: &dyn Fn([f64; 2]) -> Result<f64>) -> Result<([f64; 2], f64)> {
+    let mut best = ([0.0; 2], error([0.0; 2])?);
+    for step in TURNS_DEG {
+        let middle = best.0;
+        for azimuth in -TO_A_SIDE..=TO_A_SIDE {
+            for elevation in -TO_A_SIDE..=TO_A_SIDE {
+                let turn = [middle[0] + step * f64::from(azimuth), middle[1] + step * f64::from(elevation)];
+                let found = error(turn)?;
+                if found < best.1 {
+                    best = (turn, found);
+                }
+            }
+        }
+    }
+    Ok(best)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::photograph::dark::Dark;
+    use crate::residuals::distant::tests::bin;
+
+    fn bins(mean: f64, dark: Dark) -> DirectionBins {
+        DirectionBins { bins: vec![bin(mean), bin(mean + 0.2)], mean: [mean; 3], dark, ..DirectionBins::default() }
+    }
+
+    #[test]
+    fn stray_light_is_what_lies_between_as_far_as_unlit_pixels_allow() {
+        let predicted = [[0.5; 3], [0.7; 3]];
+        let free = stray_light(&bins(0.51, Dark::default()), &predicted, [0.0; 3]);
+        assert!(free.iter().all(|v| (0.0..0.01).contains(v) && *v > 1e-4), "{free:?}");
+        // Unlit pixels are dark: the difference is no stray light.
+        let dark = Dark { unlit: Some([0.0; 3]), background: None };
+        let told = stray_light(&bins(0.6, dark), &predicted, [0.0; 3]);
+        assert!(told.iter().all(|v| *v < 0.005), "{told:?}");
+    }
+
+    #[test]
+    fn a_scale_is_found_beside_stray_light_and_a_turn_by_ever_smaller_steps() {
+        let photograph = DirectionBins { bins: vec![bin(1.3), bin(2.5)], ..DirectionBins::default() };
+        assert!((scale_of(&photograph, &[[1.0; 3], [2.0; 3]], [0.1; 3]) - 1.2).abs() < 1e-12);
+        let (turn, error) = best_turn(&|turn| Ok((turn[0] - 9.0).abs() + (turn[1] + 5.5).abs())).unwrap();
+        assert!((turn[0] - 9.0).abs() < 0.51 && (turn[1] + 5.5).abs() < 0.51 && error < 1.0, "{turn:?}");
+    }
+}
