@@ -38,7 +38,7 @@ fn picture_under(to_light: [f64; 3], edit: impl Fn(u32, u32, &mut [f32; 3])) -> 
 /// A fit file; `edit` changes its text.
 fn file(edit: impl Fn(String) -> String) -> String {
     edit(format!(
-        "format = 1\nmaterial = \"start.toml\"\n[camera]\norigin = [0, -12, 0]\ntarget = [0, 0, 0]\nup = [0, 0, 1]\nfov_deg = 11\nwidth = 40\nheight = 20\n\
+        "format = 1\nmaterial = \"start.toml\"\nbounces = 0\n[camera]\norigin = [0, -12, 0]\ntarget = [0, 0, 0]\nup = [0, 0, 1]\nfov_deg = 11\nwidth = 40\nheight = 20\n\
          [object]\nkind = \"cylinder\"\nradius = 1\nheight = 1.6\n[[photograph]]\nrole = \"distant\"\nimage = \"b.exr\"\n[photograph.light]\n\
          type = \"directional\"\nto_light = {LIGHT:?}\nirradiance_rgb = 3.14159265\n[[parameter]]\nkey = \"geometry.depth\"\nbounds = [0.1, 2.0]\n\
          [[colour]]\nkey = \"surface.left.brdf.albedo\"\n[[colour]]\nkey = \"surface.right.brdf.albedo\"\n"

@@ -1,6 +1,7 @@
 //! Fit files to begin with: a commented one, and one for a capture folder.
 
 use crate::fit_file::material_text::MaterialText;
+use crate::fit_file::spec::USUAL_BOUNCES;
 use biscale::brdf::Brdf;
 use biscale::error::{BadInput, Result};
 use biscale::formats::capture::{self, Capture};
@@ -65,7 +66,7 @@ fn head(name: &str, folder: &str, material: &str) -> String {
         "# The question that `biscale fit` answers; docs/fit.md says what each key means.\nformat = 1\nname = {}\n\n\
          # The folder that `biscale capture` wrote: photographs, cameras, lights and shape.\ncapture = {}\n\
          # Where the search begins: what the close-up tells.\nmaterial = {}\n\
-         # Reflections after the first: threads and grooves light each other. 0 is direct light only, and faster.\nbounces = 4\n",
+         # Reflections after the first: threads and grooves light each other. 0 is direct light only, and faster.\nbounces = {USUAL_BOUNCES}\n",
         quoted(name),
         quoted(folder),
         quoted(material),

@@ -199,6 +199,20 @@ impl CloseUp {
         [0, 1].map(|axis| blur.length * scale(axis).unwrap_or(any) / tile[axis])
     }
 
+    /// With standard deviations of the periods that know nothing of the heights of what repeats: these lie between `heights` of a tile whose
+    /// period is `tile`, over the plane that the photograph's object names, and what lies under it is farther from the camera.
+    #[must_use]
+    pub fn at_any_height(&self, [low, high]: [f64; 2], tile: [f64; 2]) -> Self {
+        let mut found = self.clone();
+        for (period, tile) in found.period.iter_mut().zip(tile) {
+            if let Some(period) = period {
+                let farthest = low.abs().max(high.abs()) * period.length / tile / self.distance;
+                period.sigma = period.sigma.hypot(farthest * period.length);
+            }
+        }
+        found
+    }
+
     /// With periods as they are on the plane that the photograph's object names, where the mean period was registered at `height` of a tile whose period is `tile`: what lies under
     /// that plane is farther from the camera, and looks smaller.
     #[must_use]
@@ -208,6 +222,9 @@ impl CloseUp {
         for k in 0..2 {
             if let (Some(period), Some(length)) = (&mut found.period[k], mean.length[k]) {
                 period.length = length / (1.0 + height * length / (tile[k] * self.distance));
+                if let Some(mean) = &mut found.mean_period {
+                    mean.length[k] = Some(period.length);
+                }
             }
         }
         found
@@ -440,7 +457,11 @@ mod tests {
         found.period[0] = Some(Period { length: 0.98, sigma: 0.01, agreement: 0.9 });
         assert_eq!(found.on_its_plane(-0.44, [1.0; 2]), found);
         found.mean_period = Some(MeanPeriod { length: [Some(1.0 / 1.02), None], ..MeanPeriod::default() });
-        let there = found.on_its_plane(-0.44, [1.0; 2]).period;
+        let on_plane = found.on_its_plane(-0.44, [1.0; 2]);
+        let there = on_plane.period;
+        assert_eq!(on_plane.mean_period.unwrap().length, there.map(|p| p.map(|p| p.length)));
+        let sigma = found.at_any_height([-0.44, 0.0], [1.0; 2]).period[0].unwrap().sigma;
+        assert!((sigma - 0.01_f64.hypot(0.02 * 0.98 * 0.98)).abs() < 1e-12, "{sigma}");
         assert!((there[0].unwrap().length - 1.0).abs() < 1e-3 && there[1].is_none(), "{there:?}");
     }
 

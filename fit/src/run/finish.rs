@@ -12,6 +12,7 @@ use super::prepared::{Prepared, sights_of};
 use super::stages::{Searched, distance, model_of};
 use super::stopwatch::Stopwatch;
 use crate::fit_file::material_text::MaterialText;
+use crate::fit_file::spec::USUAL_BOUNCES;
 use crate::fit_file::variant::{self, Variant};
 use crate::parallel::in_parallel;
 use crate::photograph::close_up::CloseUp;
@@ -19,7 +20,9 @@ use crate::photograph::direction_bins::{DirectionBins, turned};
 use crate::photograph::image::{Photograph, Role};
 use crate::residuals::derivatives;
 use crate::residuals::equations::Evaluated;
+use crate::residuals::interreflection::trace_interreflection;
 use crate::residuals::model::Model;
+use crate::residuals::near_interreflection::PathOptions;
 use crate::residuals::unknowns::{self, Shot, UnknownKind, stray_light};
 use crate::search::{APART, SearchShared, Start, Trace};
 use crate::uncertainty::identify::{self, Identified, Known};
@@ -29,12 +32,16 @@ use crate::verdict::near::NearComparison;
 use crate::verdict::validate::Validation;
 use biscale::error::{BadInput, Error, Result};
 use biscale::filter::Control;
+use biscale::material::SmallScale;
 use std::sync::atomic::AtomicBool;
 
 /// Profiles that are made. Chosen, not measured: each takes 14 evaluations.
 const PROFILES: usize = 3;
 /// Largest difference of the objective of two minima that are equally good, over the better one. Chosen, not measured.
 const EQUALLY_GOOD: f64 = 0.05;
+/// Share of the light that is reflected more than once and left out, from which on it is told: half of what the model is believed to
+/// ([`crate::photograph::direction_bins::RELATIVE_NOISE`]).
+const TOLD_INTERREFLECTION: f64 = 0.01;
 /// Difference of the factors that the periods along x and y ask for from which on it is told. Chosen, not measured.
 const OTHER_FACTOR: f64 = 0.02;
 /// What is added to the number of a start for samples of its own: those that tell what samples change.
@@ -130,11 +137,8 @@ fn report(
     let best = &Start { point: starts[0].point[..unknowns::variables(spec).len()].to_vec(), ..starts[0].clone() };
     let model = model_of(prepared, &solved, &prepared.fine, POLISH_SAMPLES, best, &variants[best.choice], control)?;
     let Some(evaluated) = model.evaluate(&best.point, control)? else { return Err(no_surface(prepared)) };
+    let state = model.state(&best.point);
     let (mut identified, profiles) = uncertainty(prepared, &solved, &model, &evaluated, best, early, &mut parts)?;
-    if !identified.covariance.is_empty() {
-        let scale = ScaleOfColours::of(prepared, &model, &evaluated);
-        identified.add_scale(scale.sigma, scale.assumed);
-    }
     watch.lap("uncertainty");
     let mut notes = prepared.notes.clone();
     notes.extend(best.interreflection.iter().flat_map(|found| found.notes.iter().cloned()));
@@ -147,6 +151,20 @@ fn report(
     let material = text.material()?;
     let small = material.build()?;
     let training = evaluated.relative_rms(&prepared.fine);
+    let missing =
+        parts.make("interreflection", 0.4, |control| missing_interreflection(prepared, &small, &state.lights, options.seed, control))?;
+    let missing = missing.unwrap_or(0.0);
+    if missing > TOLD_INTERREFLECTION {
+        notes.push(format!(
+            "the fitted material would reflect {:.1} % of what the distant photographs show more than once, which `bounces = 0` leaves out: colours \
+             are uncertain by as much",
+            100.0 * missing
+        ));
+    }
+    if !identified.covariance.is_empty() {
+        let scale = ScaleOfColours::of(prepared, &model, &evaluated);
+        identified.add_scale(scale.sigma.hypot(missing), scale.assumed);
+    }
     let fitted = Fitted { material: &material, small: &small, opaque: prepared.opaque };
     let compared = parts.make("pictures", 0.5, |control| compare_distant(prepared, &fitted, &model, &evaluated, best, control))?;
     let compared = compared.unwrap_or_default();
@@ -216,6 +234,30 @@ fn report(
         starts,
         material,
     })
+}
+
+/// How much of the light of the distant photographs the fitted material would reflect more than once, where the fit file says that they show
+/// none of it: relative RMS over the direction bins, 0 where the fit has it.
+fn missing_interreflection(
+    prepared: &Prepared<'_>,
+    small: &SmallScale,
+    lights: &[[f64; 2]],
+    seed: u64,
+    control: &Control<'_>,
+) -> Result<f64> {
+    if prepared.spec.bounces > 0 {
+        return Ok(0.0);
+    }
+    let options = PathOptions { bounces: USUAL_BOUNCES, seed };
+    let traced = trace_interreflection(small, &prepared.coarse, lights, None, options, control)?;
+    let (mut missing, mut energy) = (0.0, 0.0);
+    for (bin, extra) in prepared.coarse.iter().flat_map(|p| &p.bins).zip(traced.bins.iter().flatten()) {
+        for c in 0..3 {
+            missing += bin.count as f64 * (bin.irradiance[c] * extra[c]).powi(2);
+            energy += bin.count as f64 * bin.mean[c].powi(2);
+        }
+    }
+    Ok(if energy > 0.0 { (missing / energy).sqrt() } else { 0.0 })
 }
 
 /// How well the scale is known that all colours share.
@@ -375,8 +417,11 @@ fn validate_all(prepared: &Prepared<'_>, question: &Validating<'_>, control: &Co
 /// What the user should know of an unknown.
 fn note_of(known: &Known) -> Option<String> {
     if known.not_identified {
-        let share = 100.0 * known.sigma / known.range.max(f64::MIN_POSITIVE);
-        Some(format!("{} is not identified: its standard deviation is {share:.0} % of its range", known.name))
+        Some(format!(
+            "{} is not identified: its standard deviation is over {:.0} % of the way between its bounds",
+            known.name,
+            100.0 * identify::NOT_IDENTIFIED
+        ))
     } else {
         None
     }

@@ -1,7 +1,7 @@
 //! What a fit takes for granted of its photographs, made otherwise one thing at a time: the one that makes the photographs agree is the likely cause
 //! of a failure.
 
-use crate::fit_file::spec::Spec;
+use crate::fit_file::spec::{Spec, USUAL_BOUNCES};
 use crate::photograph::image::{Image, Photograph, Role};
 use crate::residuals::unknowns::Shot;
 use biscale::numerics::cast::narrow;
@@ -10,8 +10,6 @@ use biscale::numerics::colour::{linear_to_srgb, srgb_to_linear};
 /// Standard deviation of a light's direction where nothing of what the file says of it is believed, degrees. Chosen, not measured: with the reach
 /// of its bounds, 35 degrees, it finds a lamp that was taken for its neighbour.
 pub const FREE_LIGHT_SIGMA_DEG: f64 = 5.0;
-/// Reflections where the fit file says direct light only. Chosen: those of the commented fit file.
-const USUAL_BOUNCES: u32 = 4;
 
 /// One thing, otherwise than the fit file says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

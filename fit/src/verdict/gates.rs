@@ -7,7 +7,7 @@ use crate::verdict::near::NearComparison;
 use crate::verdict::validate::{LEAST_TRAINING, MOST_ERROR, MOST_RATIO, Validation, Verdict, limit};
 
 /// Largest relative RMS difference of the close-up. See `docs/fit.md` for what it is for photographs without faults, and with which.
-pub const MOST_NEAR_ERROR: f64 = 0.08;
+pub const MOST_NEAR_ERROR: f64 = 0.05;
 /// Largest relative RMS difference of a distant photograph pixel by pixel: beyond it pixels show single threads, and their mean is not what a
 /// material looks like from afar.
 pub const MOST_PIXEL_ERROR: f64 = 0.25;

@@ -78,7 +78,7 @@ pub const FAULTS: &[Fault] = &[
         name: "bounds too low",
         tables: |t| t,
         scene: |s| {
-            s.moves = Box::leak(s.moves.replace("[0.06, 0.25]", "[0.06, 0.11]").replace("[0.05, 1.0]", "[0.05, 0.3]").into_boxed_str())
+            s.moves = Box::leak(s.moves.replace("[0.06, 0.25]", "[0.06, 0.11]").replace("[0.05, 1.0]", "[0.05, 0.3]").into_boxed_str());
         },
         ..NONE
     },

@@ -75,7 +75,9 @@ pub const GROOVES_MOVE: &str = "\n[[parameter]]\nkey = \"geometry.depth\"\nbound
 /// Writes start material and fit file, and fits.
 pub fn run(folder: &Path, tables: &str, start: &str, moves: &str, options: &Options) -> Outcome {
     std::fs::write(folder.join("start.toml"), start).unwrap();
-    std::fs::write(folder.join("fit.toml"), format!("format = 1\nmaterial = \"start.toml\"\n{tables}{moves}")).unwrap();
+    // The camera of the tests sees direct light, if nothing else is said.
+    let bounces = if tables.contains("bounces =") { "" } else { "bounces = 0\n" };
+    std::fs::write(folder.join("fit.toml"), format!("format = 1\nmaterial = \"start.toml\"\n{bounces}{tables}{moves}")).unwrap();
     let spec = Spec::load(&folder.join("fit.toml")).unwrap();
     with_control(|control| fit(&spec, options, &Memory::default(), Watcher::NOBODY, control)).unwrap()
 }
