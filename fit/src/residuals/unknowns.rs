@@ -6,9 +6,9 @@ use biscale::brdf::Brdf;
 use biscale::filter::{Slot, SlotColour};
 use biscale::material::{SmallScale, Surface, Tint};
 
-/// Bounds of a light's angles, in standard deviations: 10.5 degrees at [`crate::photograph::image::LIGHT_SIGMA_DEG`], so that a light that a
+/// Bounds of a light's angles, in standard deviations: 12 degrees at [`crate::photograph::image::LIGHT_SIGMA_DEG`], so that a light that a
 /// person noted wrongly by 10 degrees is found and told, not fitted around.
-pub const LIGHT_REACH: f64 = 7.0;
+pub const LIGHT_REACH: f64 = 8.0;
 
 /// A photograph that is fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

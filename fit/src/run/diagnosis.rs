@@ -7,13 +7,15 @@ use super::stages::{Search, model_of};
 use crate::fit_file::spec::Spec;
 use crate::parallel::in_parallel;
 use crate::residuals::equations::Evaluated;
-use crate::residuals::model::Model;
+use crate::residuals::model::{Model, Registration};
 use crate::residuals::unknowns::{self, Variable};
 use crate::search::descent::{Evaluate, descend};
 use crate::search::optimise::Limits;
 use crate::search::{Memory, SearchShared, Start, Told};
 use crate::verdict::assumption::Assumption;
+use crate::verdict::gates::MOST_NEAR_ERROR;
 use crate::verdict::near::NearComparison;
+use crate::verdict::validate::MOST_ERROR;
 use biscale::error::{Error, Result};
 use biscale::filter::Control;
 use serde::Serialize;
@@ -21,6 +23,8 @@ use serde::Serialize;
 /// Largest objective of photographs that agree, over that of those that do not. Chosen, not measured: what samples and one more free number change is
 /// some per cent; what wrong assumptions cost is several times as much (`cargo test --test faults`).
 const REPAIRED: f64 = 0.6;
+/// The same where the photographs pass so and did not before. Chosen, not measured.
+const CLEARLY_BETTER: f64 = 0.8;
 /// How each descent ends: as that of the last stage, sooner.
 const LIMITS: Limits = Limits { step: 0.1, size: 0.01, cost: 0.01, evaluations: 160 };
 
@@ -40,6 +44,10 @@ pub struct Cause {
 /// What the photographs are explained like under an assumption.
 struct Explained {
     objective: f64,
+    /// Whether the close-up is compared bin by bin of its mean period: objectives of another comparison are others.
+    by_bin: bool,
+    /// Whether distant photographs and close-up are explained as a fit that passes must.
+    passes: bool,
     training: f64,
     close_up: Option<f64>,
 }
@@ -61,7 +69,7 @@ pub(super) fn causes(prepared: &Prepared<'_>, options: &Options, best: &Start, c
             Err(error) => return Err(error),
         };
         let Some(then) = explained(&other, prepared.spec, options, best, control)? else { continue };
-        if then.objective <= REPAIRED * now.objective {
+        if then.repairs(&now) {
             causes.push(Cause {
                 remedy: assumption.remedy(prepared.spec),
                 objective_ratio: then.objective / now.objective,
@@ -72,6 +80,18 @@ pub(super) fn causes(prepared: &Prepared<'_>, options: &Options, best: &Start, c
     }
     causes.sort_by(|a, b| a.objective_ratio.total_cmp(&b.objective_ratio));
     Ok(causes)
+}
+
+impl Explained {
+    /// Whether the photographs agree so, and did not before.
+    fn repairs(&self, before: &Self) -> bool {
+        let ratio = self.objective / before.objective;
+        if self.by_bin != before.by_bin {
+            // Only a close-up that repeats as the material does can be compared bin by bin.
+            return self.passes && self.by_bin && !before.passes;
+        }
+        ratio <= REPAIRED || (self.passes && !before.passes && ratio <= CLEARLY_BETTER)
+    }
 }
 
 /// Goes down from where a search of the fit file `old` ended.
@@ -91,19 +111,23 @@ fn explained(prepared: &Prepared<'_>, old: &Spec, options: &Options, best: &Star
     let samples = 2 * COARSE.samples;
     let mut model = model_of(prepared, options, &prepared.fine, samples, &start, &variants[start.choice], control)?;
     model.settle_height(&start.point, control)?;
+    if let Some(registration) = model.registration() {
+        // Believed less for being explained badly, a close-up would be explained well by anything.
+        model.register(Registration { doubt: 1.0, ..registration });
+    }
     let found = descend(&model, &start.point, LIMITS, &Plain { model: &model, control })?;
     let Some(evaluated) = model.evaluate(&found.point, control)? else { return Ok(None) };
-    let near = prepared.close_up.as_ref().and_then(|close_up| NearComparison::of(close_up, &model, &evaluated));
+    let close_up = prepared.close_up.as_ref();
+    let near = close_up.and_then(|close_up| NearComparison::of(close_up, &model, &evaluated)).map(|near| near.relative_rms);
+    let training = evaluated.relative_rms(&prepared.fine);
+    let repeats = close_up.is_none_or(|close_up| close_up.other_periods.is_none());
     Ok(Some(Explained {
-        objective: evaluated.objective * doubted(&model),
-        training: evaluated.relative_rms(&prepared.fine),
-        close_up: near.map(|near| near.relative_rms),
+        objective: evaluated.objective,
+        by_bin: model.mean_period().is_some(),
+        passes: repeats && training <= MOST_ERROR && near.is_none_or(|near| near <= MOST_NEAR_ERROR),
+        training,
+        close_up: near,
     }))
-}
-
-/// What the objective would be about, were the close-up not believed less for being explained badly.
-fn doubted(model: &Model<'_>) -> f64 {
-    model.registration().map_or(1.0, |registration| registration.doubt)
 }
 
 /// A point of the search of one fit file as a point of another's, whose lights have other bounds.
