@@ -5,6 +5,7 @@ use super::options::{COARSE, Options};
 use super::prepared::Prepared;
 use super::stages::{Search, model_of};
 use crate::fit_file::spec::Spec;
+use crate::fit_file::variant::Variant;
 use crate::parallel::in_parallel;
 use crate::residuals::equations::Evaluated;
 use crate::residuals::model::{Model, Registration};
@@ -94,22 +95,49 @@ impl Explained {
     }
 }
 
-/// Goes down from where a search of the fit file `old` ended.
+/// Goes down from where a search of the fit file `old` ended, and from where its lights stand as given; the better of the two.
 fn explained(prepared: &Prepared<'_>, old: &Spec, options: &Options, best: &Start, control: &Control<'_>) -> Result<Option<Explained>> {
     let variants = prepared.variants().all;
     let memory = Memory::default();
     let shared = SearchShared::new(control, None, &memory, Told { better: &|_, _| {}, kept: &|_, _| {} });
     let search = Search { prepared, options, shared: &shared };
-    let point = translated(old, prepared.spec, &best.point);
-    let mut start = Start { point, choice: best.choice.min(variants.len() - 1), registration: None, ..best.clone() };
-    if prepared.spec.bounces != old.bounces {
-        start.interreflection = None;
+    let here = translated(old, prepared.spec, &best.point);
+    let as_given =
+        unknowns::variables(prepared.spec).iter().zip(&here).map(|(v, &u)| if matches!(v, Variable::Light { .. }) { 0.5 } else { u });
+    let mut found: Option<Explained> = None;
+    for point in [as_given.collect(), here.clone()] {
+        // Which colour cluster is which surface may be another matter now.
+        let sides = variants[best.choice.min(variants.len() - 1)].sides;
+        let alike = (0..variants.len()).filter(|&k| variants[k].sides == sides);
+        let mut start: Option<Start> = None;
+        for choice in alike {
+            let mut other = Start { point: point.clone(), choice, registration: None, ..best.clone() };
+            if prepared.spec.bounces != old.bounces {
+                other.interreflection = None;
+            }
+            let model = model_of(prepared, options, &prepared.coarse, COARSE.samples, &other, &variants[choice], control)?;
+            other.objective = model.objective(&other.point, control)?;
+            if start.as_ref().is_none_or(|start| other.objective < start.objective) {
+                start = Some(other);
+            }
+        }
+        let Some(mut start) = start else { continue };
+        if prepared.spec.bounces > 0 {
+            start = search.interreflecting(start, 1, &variants)?;
+        }
+        let explained = from(prepared, options, &start, &variants[start.choice], control)?;
+        found = match (found, explained) {
+            (Some(a), Some(b)) => Some(if b.objective < a.objective { b } else { a }),
+            (a, b) => a.or(b),
+        };
     }
-    if prepared.spec.bounces > 0 {
-        start = search.interreflecting(start, 1, &variants)?;
-    }
+    Ok(found)
+}
+
+/// Goes down from one point.
+fn from(prepared: &Prepared<'_>, options: &Options, start: &Start, variant: &Variant, control: &Control<'_>) -> Result<Option<Explained>> {
     let samples = 2 * COARSE.samples;
-    let mut model = model_of(prepared, options, &prepared.fine, samples, &start, &variants[start.choice], control)?;
+    let mut model = model_of(prepared, options, &prepared.fine, samples, start, variant, control)?;
     model.settle_height(&start.point, control)?;
     if let Some(registration) = model.registration() {
         // Believed less for being explained badly, a close-up would be explained well by anything.
@@ -130,13 +158,20 @@ fn explained(prepared: &Prepared<'_>, old: &Spec, options: &Options, best: &Star
     }))
 }
 
-/// A point of the search of one fit file as a point of another's, whose lights have other bounds.
+/// A point of the search of one fit file as a point of another's, whose lights have other bounds, or are held in one of the two.
 fn translated(from: &Spec, to: &Spec, point: &[f64]) -> Vec<f64> {
-    let one = |((old, new), &unit): ((&Variable, &Variable), &f64)| match (old, new) {
-        (Variable::Light { sigma: old, .. }, Variable::Light { sigma: new, .. }) => 0.5 + (unit - 0.5) * old / new,
-        _ => unit,
+    let olds: Vec<(Variable, f64)> = unknowns::variables(from).into_iter().zip(point.iter().copied()).collect();
+    let one = |new: Variable| {
+        let same = |(old, unit): &(Variable, f64)| match (old, &new) {
+            (Variable::Parameter(a), Variable::Parameter(b)) => (a == b).then_some(*unit),
+            (Variable::Light { shot: a, axis: i, sigma: old }, Variable::Light { shot: b, axis: j, sigma: new }) => {
+                (a == b && i == j).then_some(0.5 + (unit - 0.5) * old / new)
+            }
+            _ => None,
+        };
+        olds.iter().find_map(same).unwrap_or(0.5)
     };
-    unknowns::variables(from).iter().zip(&unknowns::variables(to)).zip(point).map(one).collect()
+    unknowns::variables(to).into_iter().map(one).collect()
 }
 
 /// Evaluations that nobody notes.
