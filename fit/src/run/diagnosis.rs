@@ -95,17 +95,21 @@ impl Explained {
     }
 }
 
-/// Goes down from where a search of the fit file `old` ended, and from where its lights stand as given; the better of the two.
+/// Goes down from where a search of the fit file `old` ended, from there with the lights as given, and from where the fit file starts: what was
+/// found under a wrong assumption may be far off. The best of the three.
 fn explained(prepared: &Prepared<'_>, old: &Spec, options: &Options, best: &Start, control: &Control<'_>) -> Result<Option<Explained>> {
     let variants = prepared.variants().all;
     let memory = Memory::default();
     let shared = SearchShared::new(control, None, &memory, Told { better: &|_, _| {}, kept: &|_, _| {} });
     let search = Search { prepared, options, shared: &shared };
     let here = translated(old, prepared.spec, &best.point);
-    let as_given =
-        unknowns::variables(prepared.spec).iter().zip(&here).map(|(v, &u)| if matches!(v, Variable::Light { .. }) { 0.5 } else { u });
+    let variables = unknowns::variables(prepared.spec);
+    let as_given = variables.iter().zip(&here).map(|(v, &u)| if matches!(v, Variable::Light { .. }) { 0.5 } else { u });
+    let parameters = &prepared.spec.parameters;
+    let own =
+        variables.iter().map(|v| if let Variable::Parameter(k) = v { parameters[*k].to_unit(parameters[*k].start) } else { 0.5 }).collect();
     let mut found: Option<Explained> = None;
-    for point in [as_given.collect(), here.clone()] {
+    for point in [as_given.collect(), here.clone(), own] {
         // Which colour cluster is which surface may be another matter now.
         let sides = variants[best.choice.min(variants.len() - 1)].sides;
         let alike = (0..variants.len()).filter(|&k| variants[k].sides == sides);
