@@ -13,11 +13,11 @@
 
 use crate::photograph::blur;
 use crate::photograph::dark::Dark;
-use crate::photograph::direction_bins::Sight;
 use crate::photograph::image::Photograph;
 use crate::photograph::mean_period::{self, MeanPeriod, TilePeriod};
 use crate::photograph::params::PARAMS;
 use crate::photograph::period::{Period, Straight, coordinates};
+use crate::photograph::sight::Sight;
 use biscale::direction::Pair;
 use biscale::material::SmallScale;
 use biscale::numerics::cast::truncate_usize;

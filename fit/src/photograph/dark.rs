@@ -1,8 +1,8 @@
 //! What a photograph says of its stray light: a constant light over all of it, from the lens, the room, or a lamp beside the picture.
 
-use crate::photograph::direction_bins::{LEAST_COSINES, Sight};
 use crate::photograph::image::Photograph;
 use crate::photograph::params::PARAMS;
+use crate::photograph::sight::{LEAST_COSINES, Sight};
 use biscale::numerics::cast::truncate_usize;
 
 /// What of a picture shows no light of its lamp.

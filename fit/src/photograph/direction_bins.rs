@@ -7,6 +7,7 @@
 use crate::photograph::dark::Dark;
 use crate::photograph::image::{Photograph, Pinhole};
 use crate::photograph::params::PARAMS;
+use crate::photograph::sight::{LEAST_COSINES, Sight};
 use biscale::direction::Pair;
 use biscale::error::{BadInput, Result};
 use biscale::material::{Material, SmallScale};
@@ -16,9 +17,6 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Least cosines to the light and to the viewer of pixels that are used: nearer to the terminator shadows are as long as the object
-/// bends, and nearer to the outline a pixel shows many directions at once.
-pub const LEAST_COSINES: [f64; 2] = [0.25, 0.2];
 /// Standard deviation of the model, as a share of the radiance: what a flat tile, one BRDF a part and direct light leave out.
 pub const RELATIVE_NOISE: f64 = 0.02;
 /// Directions that differ by less share what the model leaves out, radians: threads that are no ellipses, a BRDF that is not quite the
@@ -66,25 +64,6 @@ pub struct DirectionBins {
     pub pixels: usize,
     /// The pixels of each bin, by their index in the picture.
     pub members: Vec<Vec<u32>>,
-}
-
-/// A pixel of the object.
-#[derive(Clone, Copy, Debug)]
-pub struct Sight {
-    /// Its index in the picture, rows of x.
-    pub pixel: u32,
-    /// In the world.
-    pub position: DVec3,
-    /// To the light, tile's frame.
-    pub wi: DVec3,
-    /// To the viewer.
-    pub wo: DVec3,
-    /// Change of `wi` a degree of azimuth and elevation.
-    pub turn: [DVec3; 2],
-    /// Irradiance on a plane that faces the light.
-    pub irradiance: [f64; 3],
-    /// Whether the light reaches it.
-    pub lit: bool,
 }
 
 /// The light turned about its azimuth and elevation, degrees; a point light around `centre`.

@@ -4,10 +4,10 @@
 //! period, and nothing need be sorted. What differs from period to period (threads that lie askew, edges, what perspective moves, highlights
 //! that wander) scatters around the mean, and counts less by as much.
 
-use crate::photograph::direction_bins::Sight;
 use crate::photograph::image::Photograph;
 use crate::photograph::params::PARAMS;
 use crate::photograph::period::{Period, coordinates};
+use crate::photograph::sight::Sight;
 use biscale::geometry::Geometry;
 use biscale::numerics::cast::truncate_usize;
 use serde::Serialize;

@@ -9,3 +9,4 @@ pub mod image;
 pub mod mean_period;
 pub mod params;
 pub mod period;
+pub mod sight;

@@ -18,5 +18,6 @@ mod near_model;
 pub mod params;
 pub mod priors;
 pub mod registration;
+pub mod state;
 pub mod tile_view;
 pub mod unknowns;

@@ -11,6 +11,7 @@ use crate::residuals::input::{ModelInput, Sampling};
 use crate::residuals::near_model::{NearModel, surface_of};
 use crate::residuals::params::PARAMS;
 use crate::residuals::priors::Priors;
+use crate::residuals::state::State;
 use crate::residuals::tile_view::TileView;
 use crate::residuals::unknowns::{Shot, Unknown, UnknownKind, Variable, slots, unknowns, variables};
 use biscale::direction::Pair;
@@ -32,19 +33,6 @@ pub struct Model<'a> {
     samples_in_place: CommonRandomNumbers,
     sampling: Sampling,
     slots: Vec<Slot>,
-}
-
-/// A point of the search in its own units.
-#[derive(Clone, Debug, PartialEq)]
-pub struct State {
-    /// Values of all parameters of the fit file.
-    pub values: Vec<f64>,
-    /// Azimuth and elevation of the light of each distant photograph against what was given, degrees.
-    pub lights: Vec<[f64; 2]>,
-    /// The same of the light of the close-up.
-    pub near_light: [f64; 2],
-    /// Linear unknowns that the search moves.
-    pub linear: Vec<(usize, f64)>,
 }
 
 /// The height at which the periods of a close-up are registered, and how well the material explains them there; in JSON as `[height, doubt]`.

@@ -7,7 +7,7 @@ use crate::photograph::direction_bins::DirectionBins;
 use crate::residuals::block::ResidualBlock;
 use crate::residuals::colour_basis::ColourBasis;
 use crate::residuals::equations::{Equations, Origin, Row};
-use crate::residuals::model::State;
+use crate::residuals::state::State;
 use crate::residuals::unknowns::{Shot, UnknownKind, Variable};
 
 /// Least standard deviation of a stray-light offset or an exposure: that of a photograph that is black all over, or whose exposure is exact.

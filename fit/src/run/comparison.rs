@@ -1,6 +1,6 @@
 //! Photographs beside the fitted material, those that were held out as well.
 
-use super::held_out;
+use super::held_out_light;
 use super::options::POLISH_SAMPLES;
 use super::outcome::Compared;
 use crate::photograph::direction_bins::DirectionBins;
@@ -122,12 +122,12 @@ impl Validating<'_> {
         let interreflection = traced.as_ref().map(|i| &i.bins[0][..]);
         let mut light = OtherLight { stray_light: [0.0; 3], interreflection };
         let mut predicted = self.fitted.predict(&bins[0], ([0.0; 2], PREDICTION_SAMPLES), light, control)?;
-        light.stray_light = held_out::stray_light(&bins[0], &predicted, self.stray_light);
+        light.stray_light = held_out_light::stray_light(&bins[0], &predicted, self.stray_light);
         let mut photograph = photograph.clone();
         let mut exposure = None;
         if !photograph.exposure_known {
             // How bright its light was says the photograph alone.
-            let factor = held_out::scale_of(&bins[0], &predicted, light.stray_light);
+            let factor = held_out_light::scale_of(&bins[0], &predicted, light.stray_light);
             exposure = Some(factor);
             predicted.iter_mut().flatten().for_each(|p| *p *= factor);
             bins[0].bins.iter_mut().for_each(|bin| bin.irradiance = bin.irradiance.map(|i| factor * i));

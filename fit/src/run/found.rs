@@ -4,7 +4,7 @@ use crate::fit_file::assignment::Assignment;
 use crate::fit_file::spec::Spec;
 use crate::fit_file::variant::Variant;
 use crate::residuals::input::assignments;
-use crate::residuals::model::State;
+use crate::residuals::state::State;
 use crate::residuals::unknowns::{Unknown, UnknownKind};
 
 /// What a state and the colours that go with it set in the start material.

@@ -6,6 +6,7 @@ mod diagnosis;
 mod finish;
 mod found;
 mod held_out;
+mod held_out_light;
 mod nuisances;
 mod options;
 mod outcome;

@@ -1,7 +1,8 @@
 //! The fitted material as the camera of a photograph would see it, pixel by pixel.
 
-use crate::photograph::direction_bins::{Sight, scene_of, sights};
+use crate::photograph::direction_bins::{scene_of, sights};
 use crate::photograph::image::Photograph;
+use crate::photograph::sight::Sight;
 use crate::verdict::params::PARAMS;
 use biscale::error::Result;
 use biscale::filter::{Control, Quality};
