@@ -24,7 +24,7 @@ panels() { # REFERENCE JUDGED NAME: both and their difference side by side, and 
 for f in 3a 3b 3c; do glossy "$folder/iwasaki$f.png" iwasaki$f --method direct; done
 
 glossy "$work/4.png" iwasaki4 --method direct
-for lobes in 1 4; do
+for lobes in 1 4 8; do
     glossy "$work/4-$lobes.png" iwasaki4 --plan "sg:paper:lobes=$lobes"
     panels "$work/4.png" "$work/4-$lobes.png" "iwasaki4-$lobes"
 done

@@ -330,3 +330,23 @@ mod unix {
         assert!(said.stderr.starts_with("error: cannot write /dev/full"), "{}", said.stderr);
     }
 }
+
+#[test]
+fn the_visible_area_of_the_published_method_falls_to_0_at_the_horizon() {
+    let folder = Folder::new();
+    let mut pairs = String::from("wi_x,wi_y,wi_z,wo_x,wo_y,wo_z\n");
+    for elevation_deg in [90.0_f64, 45.0, 10.0, 5.0, 1.0, 0.1] {
+        let (sin, cos) = elevation_deg.to_radians().sin_cos();
+        for azimuth in [0.0_f64, 0.7, 2.0] {
+            pairs += &format!("0.6,0,0.8,{},{},{sin}\n", cos * azimuth.cos(), cos * azimuth.sin());
+        }
+    }
+    folder.write("p.csv", pairs);
+    let said =
+        folder.run(["eval", "m.toml", "--pairs", "p.csv", "--plan", "lowrank:paper:facets=512:directions=8:rates=12x16:energy=0.99,0.99"]);
+    done(&said);
+    // A closed surface shows its footprint times the cosine, whatever the map.
+    for row in rows(&said.stdout) {
+        assert!((row[15] / row[5] - 1.0).abs() < 0.02, "av {} of a cosine of {}", row[15], row[5]);
+    }
+}

@@ -275,3 +275,38 @@ fn the_error_of_the_lights_of_an_environment_is_told_and_chooses_their_number() 
     assert!(chosen["chosen"] == true && (32..=128).contains(&lights), "{chosen}");
     assert!(lights == 128 || 1.5 * error(&chosen) <= 0.03, "{chosen}");
 }
+
+#[test]
+fn a_plan_fixes_the_values_of_a_picture_in_the_light_of_a_whole_environment() {
+    let folder = folder();
+    std::fs::copy(project("samples/scenes/studio.hdr"), folder.path("studio.hdr")).unwrap();
+    let light = SCENE.find("[[light]]").unwrap()..SCENE.find("[[object]]").unwrap();
+    folder.write("scene.toml", SCENE.replace(&SCENE[light], "[environment]\nfile = \"studio.hdr\"\n"));
+    let render = |plan: &str, threads: &str| -> (String, Vec<u8>) {
+        let arguments = [
+            "render",
+            "scene.toml",
+            "-o",
+            "out.exr",
+            "--lighting",
+            "sg",
+            "--tolerance",
+            "0.5",
+            "--json",
+            "--threads",
+            threads,
+            "--plan",
+            plan,
+        ];
+        let said = folder.run(arguments);
+        done(&said);
+        let object: Value = serde_json::from_str(&said.stdout).unwrap();
+        let response = &object["summary"]["environment"]["responses"][0];
+        (response["plan"].as_str().unwrap().to_owned(), std::fs::read(folder.path("out.exr")).unwrap())
+    };
+    let (plan, picture) = render("direct:64x1", "1");
+    assert_eq!(plan, "direct:64x1");
+    assert!(render(&plan, "2").1 == picture, "the same plan gives other bits at two threads");
+    let (lobes, _) = render("sg:improved:facets=512:lobes=2:modes=2", "1");
+    assert!(lobes.starts_with("sg:improved:facets=512:lobes=2:modes=2"), "{lobes}");
+}

@@ -14,6 +14,7 @@ use crate::filter::query::{Query, QueryEntry};
 use crate::filter::value::LowRankFacts;
 use crate::filter::visible_facets::VisibleFacets;
 use crate::numerics::randomized_svd::{Factors, Rows};
+use glam::DVec3;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -38,7 +39,13 @@ impl Coarse {
         (self.map.solid_angles[a] * self.map.solid_angles[b]).sqrt()
     }
 
-    /// Visible area over the footprint between the map's directions, from the cells around one and their weights.
+    /// Visible area over the footprint from a direction: the share of its cosine that is visible, interpolated between the map's directions. The area itself would
+    /// not fall to 0 at the horizon, beyond the outermost cells, where a picture divides it by the cosine.
+    fn area_from(&self, w: DVec3) -> f64 {
+        w.z * self.map.around(w).iter().map(|&(d, share)| share * self.seen.areas[d] / self.map.directions[d].z).sum::<f64>()
+    }
+
+    /// Visible area over the footprint between the map's directions, from the cells around one and their weights: what goes with rows of `N` between them.
     fn area(&self, around: &[(usize, f64)]) -> f64 {
         around.iter().map(|&(d, share)| share * self.seen.areas[d]).sum()
     }
@@ -78,8 +85,7 @@ pub(super) fn by_maps(
         facts.push(one.facts(surface));
         run.took(Stage::Sums, began);
     }
-    // The visible area as the table has it, between the coarse directions.
-    let area: Vec<f64> = query.directions.iter().map(|&w| coarse.area(&coarse.map.around(w))).collect();
+    let area: Vec<f64> = query.directions.iter().map(|&w| coarse.area_from(w)).collect();
     let at = |entry: &Option<QueryEntry>| match entry {
         Some(e) => (fbar[e.pair as usize].map(|f| f.max(0.0) * area[e.viewer as usize]), area[e.viewer as usize]),
         None => ([0.0; 3], 0.0),
