@@ -32,6 +32,7 @@ pub mod resample;
 pub mod run;
 pub mod sheet;
 pub mod shoot;
+pub mod single;
 #[cfg(feature = "opencv")]
 pub mod sort;
 pub mod surface;

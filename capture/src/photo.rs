@@ -64,6 +64,12 @@ pub fn ending(path: &Path) -> String {
     path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
 }
 
+/// Whether a file with this ending is a picture that is not read, but can be converted.
+pub fn is_convertible(path: &Path) -> bool {
+    let ending = ending(path);
+    RAW.contains(&&*ending) || ENCODED.iter().any(|e| e.0 == ending)
+}
+
 /// Why a file with this ending is not read, with the command that converts it; `None` for those of [`ENDINGS`].
 ///
 /// `-t 0` leaves the pixels as the sensor has them: turned by a quarter or half, they do not fit the camera's calibration.

@@ -27,6 +27,7 @@ fn a_shoot_is_checked_captured_and_repeated() {
     {
         assert!(folder.path("out").join(file).is_file(), "{file}");
     }
+    assert_draft_is_drawn(&folder.read("out/report.html"));
     let first = folder.snapshot();
     // Its own folder is written again, with the same bytes, at another number of threads.
     let said = folder.run(["capture", "shoot.toml", "-o", "out", "--json", "--threads", "1"]);
@@ -42,6 +43,25 @@ fn a_shoot_is_checked_captured_and_repeated() {
     let said = folder.run(["capture", "shoot.toml", "-o", "mine"]);
     assert_eq!(said.status, 2, "{}", said.stderr);
     assert!(said.stderr.contains("--force") && folder.read("mine/notes.txt") == "precious");
+}
+
+/// The draft of the twill in the report, as a picture: dark where the warp is on top and light elsewhere, whatever the page's style says of lines.
+fn assert_draft_is_drawn(html: &str) {
+    use resvg::{tiny_skia, usvg};
+    let between = |text: &str, from: &str, to: &str| text.split_once(from).unwrap().1.split_once(to).unwrap().0.to_owned();
+    let style = between(html, "<style>", "</style>");
+    let inner = between(html, "<svg class=\"plain\" viewBox=\"0 0 3 3\"", "</svg>");
+    let (_, cells) = inner.split_once('>').unwrap();
+    let svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"plain\" viewBox=\"0 0 3 3\" width=\"60\" height=\"60\"><style>{style}</style>{cells}</svg>"
+    );
+    let tree = usvg::Tree::from_str(&svg, &usvg::Options::default()).unwrap();
+    let mut canvas = tiny_skia::Pixmap::new(60, 60).unwrap();
+    resvg::render(&tree, tiny_skia::Transform::identity(), &mut canvas.as_mut());
+    let dark: Vec<bool> = (0..9).map(|k| canvas.pixel(20 * (k % 3) + 10, 20 * (k / 3) + 10).unwrap().red() < 128).collect();
+    // One warp on top in each row and each column.
+    assert!((0..3).all(|j| dark[3 * j..3 * j + 3].iter().filter(|d| **d).count() == 1), "{dark:?}");
+    assert!((0..3).all(|i| (0..3).filter(|j| dark[3 * j + i]).count() == 1), "{dark:?}");
 }
 
 #[test]

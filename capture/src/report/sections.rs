@@ -68,6 +68,14 @@ pub(super) fn camera(capture: &Capture, corners: &[DVec2]) -> Markup {
             }
         }
         @if !corners.is_empty() { (coverage(camera, corners)) }
+        @for (photo, own) in capture.photographs.iter().filter_map(|p| Some((p, p.camera.as_ref()?))) {
+            p {
+                (photo.sources.join(", ")) ": through another lens or at another size, " (own.width) " x " (own.height) " pixels, "
+                (own.source) (format!(", f {} x {}, centre {}, {} px", digits(own.fx), digits(own.fy), digits(own.cx), digits(own.cy)))
+                @if let Some(rms) = own.rms_px { ", " (own.views) " views, " (format!("{rms:.3}")) " px RMS" }
+                "."
+            }
+        }
     }
 }
 

@@ -151,12 +151,12 @@ mod tests {
         }
         let found = gather(folder.path()).unwrap();
         let names: Vec<String> = found.photographs.iter().map(|p| name(p)).collect();
-        assert_eq!(names, ["IMG_1.JPG", "IMG_2 (1).jpg", "IMG_4.tif"]);
+        assert_eq!(names, ["IMG_1.JPG", "IMG_2.jpg", "IMG_4.tif"]);
         assert_eq!((found.sidecars.len(), found.unread.len()), (1, 1));
         assert!(found.unread[0].1.contains("-t 0"), "{}", found.unread[0].1);
         let told = found.notes.join("\n");
         for words in
-            ["IMG_2.jpg: the same bytes as IMG_2 (1).jpg", "IMG_1.HEIC: IMG_1.JPG lies beside it", "IMG_4.jpg: the same photograph"]
+            ["IMG_2 (1).jpg: the same bytes as IMG_2.jpg", "IMG_1.HEIC: IMG_1.JPG lies beside it", "IMG_4.jpg: the same photograph"]
         {
             assert!(told.contains(words), "no {words:?} in {told}");
         }

@@ -12,6 +12,7 @@ use crate::metadata::Metadata;
 use crate::photo::{self, PlanarImage, Samples};
 use crate::shoot::{CameraSpec, FlatMethod};
 use crate::vision::board::{DetectedBoard, detect};
+use crate::vision::markers::other_family;
 use crate::vision::{GreyImage8, Luminance, checker, circle};
 use crate::weave::{self, FindingCode, RectifiedPhoto, WeaveOptions};
 use biscale::error::{Error, Result};
@@ -43,7 +44,12 @@ struct LookParams {
     piece: usize,
     /// Correlation of the small pictures from which on two photographs show the same.
     copy: f64,
+    /// Share of a relief that its profile explains, from which on it is one.
+    relief: f64,
 }
+
+/// What is said of a photograph of which nothing is known.
+const UNKNOWN: &str = "nothing of the shoot is seen in it";
 
 const PARAMS: LookParams = LookParams {
     board_corners: 6,
@@ -56,6 +62,7 @@ const PARAMS: LookParams = LookParams {
     focal: 1.2,
     piece: 768,
     copy: 0.9985,
+    relief: 0.8,
 };
 
 /// What a photograph is of.
@@ -71,8 +78,8 @@ pub enum Subject {
     Checker,
     /// Nothing but a surface that repeats.
     Repeats(String),
-    /// Nothing that is known.
-    Nothing,
+    /// Nothing that is known; in words.
+    Nothing(String),
 }
 
 /// The markers of a sheet in a photograph.
@@ -176,10 +183,14 @@ fn subject(grey: &GreyImage8, linear: &PlanarImage, saturated: &[bool], kit: &Ki
     {
         return Ok(Subject::Checker);
     }
-    Ok(match view {
-        Some(view) => Subject::Sheet(view),
-        None => repeats(linear)?.map_or(Subject::Nothing, Subject::Repeats),
-    })
+    if let Some(view) = view {
+        return Ok(Subject::Sheet(view));
+    }
+    let dictionary = kit.board.layout().and_then(|b| b.dictionary);
+    if let Some((family, count)) = other_family(grey, dictionary.as_ref())? {
+        return Ok(Subject::Nothing(format!("{count} markers of {family} are seen, which are neither the board's nor the sheet's")));
+    }
+    repeats(linear)
 }
 
 fn sheet_view(found: &DetectedBoard, layout: &Board, linear: &PlanarImage, grey: &GreyImage8) -> Result<SheetView> {
@@ -227,24 +238,26 @@ fn shows_ball(linear: &PlanarImage, grey: &GreyImage8) -> Result<bool> {
     Ok(false)
 }
 
-/// What repeats in the middle of a photograph, in words.
-fn repeats(linear: &PlanarImage) -> Result<Option<String>> {
+/// What repeats in the middle of a photograph that shows no marker. A chessboard and a fence repeat, too: a weave must explain what is seen.
+fn repeats(linear: &PlanarImage) -> Result<Subject> {
     let (w, h) = (linear.width.min(PARAMS.piece), linear.height.min(PARAMS.piece));
     let (left, top) = ((linear.width - w) / 2, (linear.height - h) / 2);
     let rgb: Vec<[f32; 3]> = (0..w * h).map(|i| linear.at(left + i % w, top + i / w)).collect();
     let photo = RectifiedPhoto { width: w, height: h, rgb: &rgb, mask: None, mm_per_pixel: None };
     let found = match weave::analyse(&photo, &WeaveOptions::default()) {
         Ok(found) => found,
-        Err(Error::BadInput(_)) => return Ok(None),
+        Err(Error::BadInput(_)) => return Ok(Subject::Nothing(UNKNOWN.into())),
         Err(other) => return Err(other),
     };
-    if found.findings.iter().any(|f| f.code == FindingCode::NoPeriod) {
-        return Ok(None);
-    }
+    let finding = |code| found.findings.iter().any(|f| f.code == code);
+    let unsure = "something repeats in it, but no weave explains it: if it is the close-up, take it with a marker in the picture";
     Ok(match (&found.weave, &found.relief) {
-        (Some(weave), _) => Some(format!("a weave, {:.1} pixels a thread", weave.warp.pixels.min(weave.weft.pixels))),
-        (None, Some(_)) => Some("a surface that repeats".to_owned()),
-        (None, None) => None,
+        _ if finding(FindingCode::NoPeriod) => Subject::Nothing(UNKNOWN.into()),
+        (Some(weave), _) if !finding(FindingCode::AmbiguousWeave) => {
+            Subject::Repeats(format!("a weave, {:.1} pixels a thread", weave.warp.pixels.min(weave.weft.pixels)))
+        }
+        (None, Some(relief)) if relief.explained > PARAMS.relief => Subject::Repeats("a surface that repeats".to_owned()),
+        _ => Subject::Nothing(unsure.into()),
     })
 }
 

@@ -110,8 +110,8 @@ pub(super) fn assign(seen: Vec<Seen>, kit: &Kit, notes: &mut Vec<String>) -> Rol
             Subject::Sheet(view) if view.ball => balls.push(one),
             Subject::Sheet(_) => sheets.push(one),
             Subject::Repeats(_) => repeating.push(one),
-            Subject::Nothing => {
-                notes.push(format!("{}: nothing of the shoot is seen in it: it is not used", one.name()));
+            Subject::Nothing(why) => {
+                notes.push(format!("{}: {why}: it is not used", one.name()));
                 roles.unknown.push(one);
             }
         }

@@ -119,7 +119,7 @@ fn shown(seen: &Seen) -> String {
         Subject::Board(corners) => format!("{corners} corners of the board"),
         Subject::Even => "an even surface".into(),
         Subject::Checker => "a checker".into(),
-        Subject::Nothing => "nothing known".into(),
+        Subject::Nothing(why) => why.clone(),
     }
 }
 

@@ -9,11 +9,12 @@ use std::path::PathBuf;
 #[derive(Args, Debug)]
 #[command(
     after_help = "Of a shoot file: writes capture.json, linear photographs with masks, and report.html. Exit status 1 if a check failed: the report says which. Of a folder: \
-                  sorts its photographs by what they show and writes a shoot file to look over, or says what is missing and how to take it."
+                  sorts its photographs by what they show and writes a shoot file to look over, or says what is missing and how to take it. Of one photograph: what it tells of a cloth by \
+                  itself, and what it cannot; exit status 1 if nothing repeats in it."
 )]
 pub struct CaptureArgs {
-    /// Shoot file: the list of photographs (`biscale new shoot` writes an example); or a folder of photographs, as a phone leaves it, to sort into one
-    #[arg(value_name = "SHOOT|FOLDER")]
+    /// Shoot file: the list of photographs (`biscale new shoot` writes an example); a folder of photographs, as a phone leaves it, to sort into one; or one photograph of a cloth or relief, straight on
+    #[arg(value_name = "SHOOT|FOLDER|PHOTOGRAPH")]
     pub(crate) shoot: PathBuf,
     /// Folder to write; of a folder of photographs the shoot file, by default shoot.toml in it
     #[arg(long, short, value_name = "FOLDER")]

@@ -1,6 +1,7 @@
 //! `biscale capture`: photographs to calibrated measurements; a folder of photographs to a shoot file.
 
 mod args;
+mod single;
 #[cfg(feature = "capture")]
 mod sort;
 #[cfg(feature = "capture")]
@@ -16,8 +17,11 @@ use biscale::error::Result;
 /// # Errors
 /// This build has no `OpenCV`.
 #[cfg(not(feature = "capture"))]
-pub fn run(args: &CaptureArgs, _common: &CommonArgs) -> Result<u8> {
+pub fn run(args: &CaptureArgs, common: &CommonArgs) -> Result<u8> {
     use biscale::error::Error;
+    if single::is_photograph(&args.shoot) {
+        return single::run(args, common);
+    }
     let CaptureArgs { shoot, output: _, incomplete: _, assume_srgb: _, weave: _, wif: _, force: _ } = args;
     Err(Error::Unsupported {
         what: format!("`biscale capture {}`", shoot.display()),
@@ -44,6 +48,9 @@ pub fn run(args: &CaptureArgs, common: &CommonArgs) -> Result<u8> {
 
     if args.shoot.is_dir() {
         return sort::run(args, common).map(|()| 0);
+    }
+    if single::is_photograph(&args.shoot) {
+        return single::run(args, common);
     }
     let Some(folder) = &args.output else {
         let remedy = format!("write `biscale capture {} -o captured`", args.shoot.display());

@@ -70,8 +70,7 @@ fn refusal(sorted: &Sorted, folder: &Path) -> BadInput {
     let what: Vec<&str> = required.iter().map(|m| &*m.what).collect();
     let how: Vec<String> = required.iter().map(|m| format!("\n  {}: {}", m.what, m.how)).collect();
     let problem = format!("this is missing in {}: {}", folder.display(), what.join("; "));
-    BadInput::new(problem, format!("add it (or write the shoot file all the same with `incomplete`):{}", how.concat()))
-        .at_field("SHOOT|FOLDER")
+    BadInput::new(problem, format!("add it (or write the shoot file all the same with `incomplete`):{}", how.concat())).at_field("FOLDER")
 }
 
 /// The files of each role.
