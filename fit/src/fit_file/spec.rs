@@ -18,6 +18,8 @@ const NUMBER: Range = range(-1e9, 1e9);
 /// Reflections after the first where the fit file says nothing: photographs of real surfaces show them. Chosen, not measured: between white
 /// threads the fifth reflection is below the tolerance that they are traced to.
 pub const USUAL_BOUNCES: u32 = 4;
+/// Relative standard deviations of an irradiance.
+const IRRADIANCE_SIGMAS: Range = range(0.0, 10.0);
 /// Most parameters that a search moves.
 pub const MAX_PARAMETERS: usize = 32;
 /// Most numbers of sides that are tried.
@@ -163,6 +165,7 @@ impl Spec {
         let bounces = top.integer("bounces", 0, 64)?.unwrap_or(USUAL_BOUNCES);
         let scale_to_close_up = top.bool("scale_to_close_up")?.unwrap_or(false);
         let sigma = top.f64("light_sigma_deg", range(0.0, 30.0))?;
+        let irradiance_sigma = top.f64("irradiance_sigma", IRRADIANCE_SIGMAS)?;
         let parameters =
             top.tables("parameter")?.into_iter().map(|t| Parameter::read(t, &values, &mut text)).collect::<Result<Vec<_>>>()?;
         let colours = top.tables("colour")?.into_iter().map(|t| Colour::read(t, &values)).collect::<Result<Vec<_>>>()?;
@@ -172,8 +175,9 @@ impl Spec {
         if let Some(folder) = top.str("capture")? {
             let folder = source.folder().join(folder);
             photographs = capture::photographs(&folder, sigma, &mut notes)?;
+            photographs.iter_mut().for_each(|p| p.stated_irradiance_sigma = irradiance_sigma);
         }
-        let shared = SharedTables { camera: top.table("camera")?, object: top.table("object")?, sigma };
+        let shared = SharedTables { camera: top.table("camera")?, object: top.table("object")?, sigma, irradiance_sigma };
         for table in top.tables("photograph")? {
             photographs.push(shared.photograph(table)?);
         }
@@ -257,6 +261,7 @@ struct SharedTables<'a> {
     camera: Option<TableReader<'a>>,
     object: Option<TableReader<'a>>,
     sigma: Option<f64>,
+    irradiance_sigma: Option<f64>,
 }
 
 impl<'a> SharedTables<'a> {
@@ -284,7 +289,7 @@ impl<'a> SharedTables<'a> {
         let light = Light::read(light)?;
         let own_sigma = table.f64("light_sigma_deg", range(0.0, 30.0))?;
         let exposure_known = table.bool("exposure_known")?.unwrap_or(true);
-        let stated_irradiance_sigma = table.f64("irradiance_sigma", range(0.0, 10.0))?;
+        let stated_irradiance_sigma = table.f64("irradiance_sigma", IRRADIANCE_SIGMAS)?.or(self.irradiance_sigma);
         let a = table.colour("noise_a", range(0.0, 1e9))?;
         let b = table.colour("noise_b", range(0.0, 1e9))?;
         let noise = match (a, b) {

@@ -49,9 +49,9 @@ pub struct CloseUp {
     /// Mean radiance of all pixels that are used.
     #[serde(skip)]
     pub mean: [f64; 3],
-    /// Relative standard deviation of its irradiance against that of the distant photographs, where it is known.
+    /// Relative standard deviation of its irradiance against that of the distant photographs; `None` where either is not known.
     #[serde(skip)]
-    pub exposure_sigma: f64,
+    pub exposure_sigma: Option<f64>,
     /// Mean distance of the camera from the surface, along its normal.
     #[serde(skip)]
     pub distance: f64,
@@ -134,8 +134,11 @@ pub struct ColourCluster {
 impl CloseUp {
     /// Looks at the pixels of the close-up; `start` is the material to start from, `uniform` along which directions its tile does not change.
     pub fn new(photograph: &Photograph, sights: &[Sight], start: &SmallScale, uniform: [bool; 2], colours: &[[f64; 3]]) -> Self {
-        let mut found =
-            Self { exposure_known: photograph.exposure_known, exposure_sigma: photograph.irradiance_sigma(), ..Self::default() };
+        let mut found = Self {
+            exposure_known: photograph.exposure_known,
+            exposure_sigma: photograph.exposure_known.then(|| photograph.irradiance_sigma()),
+            ..Self::default()
+        };
         let seen: Vec<(u32, DVec3)> = sights.iter().map(|s| (s.pixel, s.position)).collect();
         match Straight::new(photograph, &seen) {
             Some(straight) => {
@@ -204,6 +207,10 @@ impl CloseUp {
     #[must_use]
     pub fn at_any_height(&self, [low, high]: [f64; 2], tile: [f64; 2]) -> Self {
         let mut found = self.clone();
+        // Nothing was seen that has a distance.
+        if found.distance <= 0.0 {
+            return found;
+        }
         for (period, tile) in found.period.iter_mut().zip(tile) {
             if let Some(period) = period {
                 let farthest = low.abs().max(high.abs()) * period.length / tile / self.distance;

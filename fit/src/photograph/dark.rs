@@ -3,15 +3,14 @@
 use crate::photograph::image::Photograph;
 use crate::photograph::params::PARAMS;
 use crate::photograph::sight::{LEAST_COSINES, Sight};
-use biscale::numerics::cast::truncate_usize;
 
 /// What of a picture shows no light of its lamp.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Dark {
     /// Median radiance of the pixels that face away from the light, if there are enough of them: what comes from elsewhere than from the light.
     pub unlit: Option<[f64; 3]>,
-    /// Radiance that nearly all pixels beside the object are not below, if there are enough of them: stray light lies over them, too, and is
-    /// not more than that.
+    /// Median radiance of the pixels beside the object, if there are enough of them: stray light lies over them, too, and is not more than
+    /// that.
     pub background: Option<[f64; 3]>,
 }
 
@@ -21,7 +20,7 @@ impl Dark {
         let rgb = &photograph.image.rgb;
         let faces_away = |s: &&Sight| s.wi.z <= PARAMS.unlit_cosine && s.wo.z >= LEAST_COSINES[1];
         let unlit = sights.iter().filter(faces_away).map(|s| rgb[s.pixel as usize]);
-        Self { unlit: rank(unlit, 0.5), background: rank(background(photograph, sights).map(|k| rgb[k]), PARAMS.background_rank) }
+        Self { unlit: median(unlit), background: median(background(photograph, sights).map(|k| rgb[k])) }
     }
 
     /// Mean and standard deviation of the stray light of a channel, before the pixels of the object say anything of it; `mean` is their mean
@@ -30,6 +29,7 @@ impl Dark {
         let usual = PARAMS.stray_light * mean[channel];
         if let Some(unlit) = self.unlit {
             let [of_mean, of_seen] = PARAMS.stray_light_seen;
+            let unlit = unlit.map(|v| v.max(0.0));
             return [unlit[channel], (of_mean * mean[channel]).hypot(of_seen * unlit[channel])];
         }
         match self.background {
@@ -46,13 +46,12 @@ impl Dark {
 /// Standard deviation of a uniform distribution over a range of 1, `1/sqrt(12)`.
 const UNIFORM: f64 = 0.288_675_134_594_812_9;
 
-/// The value at a rank, 0 to 1, of each channel of the pixels that are used, if there are enough.
-fn rank(pixels: impl Iterator<Item = [f32; 3]>, rank: f64) -> Option<[f64; 3]> {
+/// The median of each channel of the pixels that are used, if there are enough.
+fn median(pixels: impl Iterator<Item = [f32; 3]>) -> Option<[f64; 3]> {
     let seen: Vec<[f32; 3]> = pixels.filter(|v| !v[0].is_nan()).collect();
     let of = |c: usize| {
         let mut values: Vec<f32> = seen.iter().map(|v| v[c]).collect();
-        let at = truncate_usize(rank * (seen.len() - 1) as f64);
-        let (_, value, _) = values.select_nth_unstable_by(at, f32::total_cmp);
+        let (_, value, _) = values.select_nth_unstable_by(seen.len() / 2, f32::total_cmp);
         f64::from(*value)
     };
     (seen.len() >= PARAMS.enough_unlit).then(|| std::array::from_fn(of))

@@ -25,8 +25,6 @@ pub struct PhotographParams {
     /// Most stray light of a held-out photograph, in these standard deviations over what is expected of it: the rest is an error of the
     /// prediction. Chosen, not measured.
     pub stray_light_reach: f64,
-    /// Rank of the pixel beside the object that stray light is not above: the darkest ones are noise. Chosen, not measured.
-    pub background_rank: f64,
     /// Pixels about the object that are not beside it: its outline is blurred over them. Chosen, not measured.
     pub background_margin: usize,
     /// Degrees by which the light is moved for the derivative of the direction to it. Chosen, not measured: 1e-3 of a radian leaves
@@ -119,8 +117,7 @@ pub const PARAMS: PhotographParams = PhotographParams {
     enough_unlit: 25,
     stray_light: 0.04,
     stray_light_seen: [0.002, 0.4],
-    stray_light_reach: 2.0,
-    background_rank: 0.1,
+    stray_light_reach: 1.0,
     background_margin: 3,
     nudge_deg: 0.05,
     finest_step: 0.012,

@@ -275,6 +275,7 @@ impl<'a> Model<'a> {
             state: &seen.state,
             photographs: self.input.photographs,
             close_up: self.input.close_up,
+            exposure: if let Comparison::MeanPeriod { exposure, .. } = comparison { exposure } else { 1.0 },
         };
         let blocks = [Some(&distant as &dyn ResidualBlock), close_up.as_ref().map(|block| block as &dyn ResidualBlock), Some(&priors)];
         let mut equations = Equations::default();

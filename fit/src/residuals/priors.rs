@@ -26,6 +26,8 @@ pub struct Priors<'a> {
     pub photographs: &'a [DirectionBins],
     /// The close-up, which shows its own.
     pub close_up: Option<&'a CloseUp>,
+    /// Its exposure, about.
+    pub exposure: f64,
 }
 
 impl ResidualBlock for Priors<'_> {
@@ -47,8 +49,11 @@ impl ResidualBlock for Priors<'_> {
         for (k, unknown) in basis.unknowns.iter().enumerate() {
             let known = match unknown.kind {
                 UnknownKind::StrayLight(Shot::Distant(p), c) => Some(self.photographs[p].dark.prior(self.photographs[p].mean, c)),
-                UnknownKind::StrayLight(Shot::CloseUp, c) => self.close_up.map(|found| found.dark.prior(found.mean, c)),
-                UnknownKind::Exposure => self.close_up.filter(|found| found.exposure_known).map(|found| [1.0, found.exposure_sigma]),
+                // As its exposure makes it: [`UnknownKind::Exposure`] times what is seen.
+                UnknownKind::StrayLight(Shot::CloseUp, c) => {
+                    self.close_up.map(|found| found.dark.prior(found.mean, c).map(|v| self.exposure * v))
+                }
+                UnknownKind::Exposure => self.close_up.and_then(|found| found.exposure_sigma).map(|sigma| [1.0, sigma]),
                 UnknownKind::Colour(..) => None,
             };
             if let Some([value, sigma]) = known {
@@ -90,7 +95,7 @@ mod tests {
             ..DirectionBins::default()
         });
         let state = State { values: vec![0.9, 0.6], lights: vec![[0.0; 2], [0.0, -3.0]], near_light: [4.5, 0.0], linear: Vec::new() };
-        let close_up = CloseUp { exposure_known: true, exposure_sigma: 0.07, mean: [3.0; 3], ..CloseUp::default() };
+        let close_up = CloseUp { exposure_sigma: Some(0.07), mean: [3.0; 3], ..CloseUp::default() };
         let light = |shot, axis| Variable::Light { shot, axis, sigma: 1.5 };
         let priors = Priors {
             parameters: &[parameter(None), parameter(Some([0.4, 0.1]))],
@@ -98,6 +103,7 @@ mod tests {
             state: &state,
             photographs: &photographs,
             close_up: Some(&close_up),
+            exposure: 0.5,
         };
         let mut equations = Equations::default();
         priors.add_to(&grooves.basis(), &mut equations);
@@ -108,7 +114,7 @@ mod tests {
         let [(dark, _), (seen, origin), (near, _), (exposure, _)] = &equations.rows[..] else { panic!("{:?}", equations.rows) };
         assert!(dark.terms == [(3, 1.0)] && dark.value == 0.0 && (dark.sigma - 0.08).abs() < 1e-12, "{dark:?}");
         assert!(seen.terms == [(4, 1.0)] && seen.value == 0.1 && (seen.sigma - 0.004_f64.hypot(0.04)).abs() < 1e-12, "{seen:?}");
-        assert!(near.terms == [(5, 1.0)] && near.value == 0.0 && (near.sigma - 0.12).abs() < 1e-12, "{near:?}");
+        assert!(near.terms == [(5, 1.0)] && near.value == 0.0 && (near.sigma - 0.06).abs() < 1e-12, "{near:?}");
         assert!(exposure.terms == [(6, 1.0)] && exposure.value == 1.0 && exposure.sigma == 0.07, "{exposure:?}");
         assert_eq!(*origin, Origin::Prior);
     }

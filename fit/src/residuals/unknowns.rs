@@ -63,7 +63,7 @@ pub struct Unknown {
 pub enum UnknownKind {
     /// A colour of the fit file, by its place there; in one channel, or in all.
     Colour(usize, Option<usize>),
-    /// The stray-light offset of a photograph in a channel.
+    /// The stray-light offset of a photograph in a channel; of the close-up times [`Self::Exposure`].
     StrayLight(Shot, usize),
     /// The irradiance that the fit file gives of the close-up over the true one.
     Exposure,

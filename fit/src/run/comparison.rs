@@ -1,6 +1,6 @@
 //! Photographs beside the fitted material, those that were held out as well.
 
-use super::held_out_light;
+use super::held_out_light::{Free, HeldOutLight};
 use super::options::POLISH_SAMPLES;
 use super::outcome::Compared;
 use crate::photograph::direction_bins::DirectionBins;
@@ -48,8 +48,8 @@ pub(super) struct Validating<'a> {
     pub(super) compared: &'a [Compared],
     /// Their relative RMS difference.
     pub(super) training: f64,
-    /// Stray light of the first one of them, over the mean radiance of its pixels.
-    pub(super) stray_light: [f64; 3],
+    /// Stray light of the first one of them, over the mean radiance of its pixels, where there may be any.
+    pub(super) stray_light: Option<[f64; 3]>,
     pub(super) seed: u64,
 }
 
@@ -122,12 +122,13 @@ impl Validating<'_> {
         let interreflection = traced.as_ref().map(|i| &i.bins[0][..]);
         let mut light = OtherLight { stray_light: [0.0; 3], interreflection };
         let mut predicted = self.fitted.predict(&bins[0], ([0.0; 2], PREDICTION_SAMPLES), light, control)?;
-        light.stray_light = held_out_light::stray_light(&bins[0], &predicted, self.stray_light);
         let mut photograph = photograph.clone();
+        // How bright a light was whose irradiance is not known says the photograph alone.
+        let found = HeldOutLight::of(&bins[0], &predicted, Free { factor: !photograph.exposure_known, stray_light: self.stray_light });
+        light.stray_light = found.stray_light;
         let mut exposure = None;
         if !photograph.exposure_known {
-            // How bright its light was says the photograph alone.
-            let factor = held_out_light::scale_of(&bins[0], &predicted, light.stray_light);
+            let factor = found.factor;
             exposure = Some(factor);
             predicted.iter_mut().flatten().for_each(|p| *p *= factor);
             bins[0].bins.iter_mut().for_each(|bin| bin.irradiance = bin.irradiance.map(|i| factor * i));
@@ -150,13 +151,14 @@ impl Validating<'_> {
             delta_e_itp: compared.delta_e_itp,
             angle_deg,
             pixels: compared.used.len(),
+            stray_light: light.stray_light,
             exposure,
         };
         Ok((validation, compared))
     }
 
     /// What the material reflects more than once in the bins of the photograph `name`; `None` without bounces.
-    fn interreflection(
+    pub(super) fn interreflection(
         &self,
         name: &str,
         bins: &[DirectionBins; 1],
@@ -193,7 +195,7 @@ mod tests {
         let told = |distance: f64, bounces: u32| {
             let small = floor_under_wall(distance);
             let fitted = Fitted { material: &material, small: &small, opaque: true };
-            let question = Validating { fitted, compared: &[], training: 0.01, stray_light: [0.0; 3], seed: 1 };
+            let question = Validating { fitted, compared: &[], training: 0.01, stray_light: None, seed: 1 };
             let mut notes = Vec::new();
             let found = question.interreflection("held_out.exr", &bins, bounces, &mut notes, &Control::quiet()).unwrap();
             (found.is_some(), notes.join("; "))

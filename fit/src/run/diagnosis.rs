@@ -34,8 +34,8 @@ const LIMITS: Limits = Limits { step: 0.1, size: 0.01, cost: 0.01, evaluations: 
 pub struct Cause {
     /// What it is, and what to do about it.
     pub remedy: String,
-    /// The objective without it over that with it, both after a descent.
-    pub objective_ratio: f64,
+    /// Squared residuals over what they were, both after a descent; `None` where these are of another comparison of the close-up.
+    pub objective_ratio: Option<f64>,
     /// Relative RMS difference of the distant photographs without it.
     pub training: f64,
     /// The same of the close-up.
@@ -53,80 +53,94 @@ struct Explained {
     close_up: Option<f64>,
 }
 
-/// The likely causes of a failure, the likeliest first.
+/// Adds the likely causes of a failure to `causes`; those that were found before an interrupt stay there.
 ///
 /// # Errors
 /// `Interrupted`; failures that are no matter of the assumptions.
-pub(super) fn causes(prepared: &Prepared<'_>, options: &Options, best: &Start, control: &Control<'_>) -> Result<Vec<Cause>> {
-    let now = explained(prepared, prepared.spec, options, best, control)?;
-    let Some(now) = now else { return Ok(Vec::new()) };
-    let mut causes = Vec::new();
+pub(super) fn causes(
+    prepared: &Prepared<'_>,
+    options: &Options,
+    best: &Start,
+    causes: &mut Vec<Cause>,
+    control: &Control<'_>,
+) -> Result<()> {
+    let Some(now) = explained(prepared, prepared, options, best, control)? else { return Ok(()) };
     for assumption in Assumption::all(prepared.spec) {
         let spec = assumption.applied(prepared.spec);
-        let other = match Prepared::new(&spec, control) {
-            Ok(other) => other,
+        let looked = Prepared::new(&spec, control).and_then(|other| explained(&other, prepared, options, best, control));
+        let then = match looked {
+            Ok(Some(then)) => then,
             // What cannot be looked at otherwise is no cause.
-            Err(Error::BadInput(_)) => continue,
+            Ok(None) | Err(Error::BadInput(_)) => continue,
             Err(error) => return Err(error),
         };
-        let Some(then) = explained(&other, prepared.spec, options, best, control)? else { continue };
-        if then.repairs(&now) {
+        if then.repairs(&now, assumption.changes_values()) {
             causes.push(Cause {
                 remedy: assumption.remedy(prepared.spec),
-                objective_ratio: then.objective / now.objective,
+                objective_ratio: (then.by_bin == now.by_bin).then_some(then.objective / now.objective),
                 training: then.training,
                 close_up: then.close_up,
             });
         }
     }
-    causes.sort_by(|a, b| a.objective_ratio.total_cmp(&b.objective_ratio));
-    Ok(causes)
+    Ok(())
 }
 
 impl Explained {
     /// Whether the photographs agree so, and did not before.
-    fn repairs(&self, before: &Self) -> bool {
+    fn repairs(&self, before: &Self, other_values: bool) -> bool {
         let ratio = self.objective / before.objective;
         if self.by_bin != before.by_bin {
             // Only a close-up that repeats as the material does can be compared bin by bin.
             return self.passes && self.by_bin && !before.passes;
         }
-        ratio <= REPAIRED || (self.passes && !before.passes && ratio <= CLEARLY_BETTER)
+        // Of other values residuals are smaller or larger by themselves: the rules of a fit that passes are not.
+        let residuals_say = ratio <= REPAIRED && !other_values;
+        residuals_say || (self.passes && !before.passes && ratio <= CLEARLY_BETTER)
     }
 }
 
-/// Goes down from where a search of the fit file `old` ended, from there with the lights as given, and from where the fit file starts: what was
-/// found under a wrong assumption may be far off. The best of the three.
-fn explained(prepared: &Prepared<'_>, old: &Spec, options: &Options, best: &Start, control: &Control<'_>) -> Result<Option<Explained>> {
+/// Goes down from where a search of the fit file of `before` ended, with the lights as given, and from where the fit file starts: what was found
+/// under a wrong assumption may be far off. The better of the two.
+fn explained(
+    prepared: &Prepared<'_>,
+    before: &Prepared<'_>,
+    options: &Options,
+    best: &Start,
+    control: &Control<'_>,
+) -> Result<Option<Explained>> {
     let variants = prepared.variants().all;
     let memory = Memory::default();
     let shared = SearchShared::new(control, None, &memory, Told { better: &|_, _| {}, kept: &|_, _| {} });
     let search = Search { prepared, options, shared: &shared };
-    let here = translated(old, prepared.spec, &best.point);
+    let here = translated(before.spec, prepared.spec, &best.point);
+    // What was traced is known by its bins.
+    let members = |of: &Prepared<'_>| of.fine.iter().map(|bins| bins.members.clone()).collect::<Vec<_>>();
+    let is_traced = prepared.spec.bounces == before.spec.bounces && members(prepared) == members(before);
     let variables = unknowns::variables(prepared.spec);
     let as_given = variables.iter().zip(&here).map(|(v, &u)| if matches!(v, Variable::Light { .. }) { 0.5 } else { u });
     let parameters = &prepared.spec.parameters;
-    let own =
+    let own: Vec<f64> =
         variables.iter().map(|v| if let Variable::Parameter(k) = v { parameters[*k].to_unit(parameters[*k].start) } else { 0.5 }).collect();
     let mut found: Option<Explained> = None;
-    for point in [as_given.collect(), here.clone(), own] {
+    for point in [as_given.collect::<Vec<f64>>(), own] {
         // Which colour cluster is which surface may be another matter now.
         let sides = variants[best.choice.min(variants.len() - 1)].sides;
         let alike = (0..variants.len()).filter(|&k| variants[k].sides == sides);
         let mut start: Option<Start> = None;
         for choice in alike {
             let mut other = Start { point: point.clone(), choice, registration: None, ..best.clone() };
-            if prepared.spec.bounces != old.bounces {
+            if !is_traced {
                 other.interreflection = None;
             }
-            let model = model_of(prepared, options, &prepared.coarse, COARSE.samples, &other, &variants[choice], control)?;
+            let model = model_of(prepared, options, &prepared.fine, COARSE.samples, &other, &variants[choice], control)?;
             other.objective = model.objective(&other.point, control)?;
             if start.as_ref().is_none_or(|start| other.objective < start.objective) {
                 start = Some(other);
             }
         }
         let Some(mut start) = start else { continue };
-        if prepared.spec.bounces > 0 {
+        if prepared.spec.bounces > 0 && start.interreflection.is_none() {
             start = search.interreflecting(start, 1, &variants)?;
         }
         let explained = from(prepared, options, &start, &variants[start.choice], control)?;
@@ -169,7 +183,7 @@ fn translated(from: &Spec, to: &Spec, point: &[f64]) -> Vec<f64> {
         let same = |(old, unit): &(Variable, f64)| match (old, &new) {
             (Variable::Parameter(a), Variable::Parameter(b)) => (a == b).then_some(*unit),
             (Variable::Light { shot: a, axis: i, sigma: old }, Variable::Light { shot: b, axis: j, sigma: new }) => {
-                (a == b && i == j).then_some(0.5 + (unit - 0.5) * old / new)
+                (a == b && i == j).then_some((0.5 + (unit - 0.5) * old / new).clamp(0.0, 1.0))
             }
             _ => None,
         };

@@ -9,10 +9,10 @@ use super::nuisances;
 use super::options::{COARSE, FINE, Options, POLISH_SAMPLES, SEARCH_SHARE};
 use super::outcome::{Compared, Early, Outcome};
 use super::prepared::{Prepared, sights_of};
+use super::scale_of_colours::{self, ScaleOfColours};
 use super::stages::{Searched, distance, model_of};
 use super::stopwatch::Stopwatch;
 use crate::fit_file::material_text::MaterialText;
-use crate::fit_file::spec::USUAL_BOUNCES;
 use crate::fit_file::variant::{self, Variant};
 use crate::parallel::in_parallel;
 use crate::photograph::close_up::CloseUp;
@@ -20,9 +20,7 @@ use crate::photograph::direction_bins::{DirectionBins, turned};
 use crate::photograph::image::{Photograph, Role};
 use crate::residuals::derivatives;
 use crate::residuals::equations::Evaluated;
-use crate::residuals::interreflection::trace_interreflection;
 use crate::residuals::model::Model;
-use crate::residuals::near_interreflection::PathOptions;
 use crate::residuals::unknowns::{self, Shot, UnknownKind, stray_light};
 use crate::search::{APART, SearchShared, Start, Trace};
 use crate::uncertainty::identify::{self, Identified, Known};
@@ -32,16 +30,12 @@ use crate::verdict::near::NearComparison;
 use crate::verdict::validate::Validation;
 use biscale::error::{BadInput, Error, Result};
 use biscale::filter::Control;
-use biscale::material::SmallScale;
 use std::sync::atomic::AtomicBool;
 
 /// Profiles that are made. Chosen, not measured: each takes 14 evaluations.
 const PROFILES: usize = 3;
 /// Largest difference of the objective of two minima that are equally good, over the better one. Chosen, not measured.
 const EQUALLY_GOOD: f64 = 0.05;
-/// Share of the light that is reflected more than once and left out, from which on it is told: half of what the model is believed to
-/// ([`crate::photograph::direction_bins::RELATIVE_NOISE`]).
-const TOLD_INTERREFLECTION: f64 = 0.01;
 /// Difference of the factors that the periods along x and y ask for from which on it is told. Chosen, not measured.
 const OTHER_FACTOR: f64 = 0.02;
 /// What is added to the number of a start for samples of its own: those that tell what samples change.
@@ -151,29 +145,21 @@ fn report(
     let material = text.material()?;
     let small = material.build()?;
     let training = evaluated.relative_rms(&prepared.fine);
-    let missing =
-        parts.make("interreflection", 0.4, |control| missing_interreflection(prepared, &small, &state.lights, options.seed, control))?;
-    let missing = missing.unwrap_or(0.0);
-    if missing > TOLD_INTERREFLECTION {
-        notes.push(format!(
-            "the fitted material would reflect {:.1} % of what the distant photographs show more than once, which `bounces = 0` leaves out: colours \
-             are uncertain by as much",
-            100.0 * missing
-        ));
-    }
+    let missing = parts.make("interreflection", 0.4, |control| {
+        scale_of_colours::missing_interreflection(prepared, best, &small, &state.lights, options.seed, control)
+    })?;
     if !identified.covariance.is_empty() {
-        let scale = ScaleOfColours::of(prepared, &model, &evaluated);
-        identified.add_scale(scale.sigma.hypot(missing), scale.assumed);
+        let scale = ScaleOfColours::of(prepared, &model, &evaluated, missing);
+        identified.add_scale(scale.sigma, scale.assumed);
+        notes.extend(scale.notes);
     }
     let fitted = Fitted { material: &material, small: &small, opaque: prepared.opaque };
     let compared = parts.make("pictures", 0.5, |control| compare_distant(prepared, &fitted, &model, &evaluated, best, control))?;
     let compared = compared.unwrap_or_default();
     let mut validations = Vec::new();
+    let stray_light = spec.stray_light.then(|| usual_stray_light(prepared, &model, &evaluated));
+    let question = Validating { fitted, compared: &compared, training, stray_light, seed: options.seed };
     if spec.of_role(Role::Validation).next().is_some() {
-        let stray_light = stray_light(&model.unknowns, &evaluated.linear, Shot::Distant(0));
-        let mean = prepared.fine[0].mean;
-        let stray_light = std::array::from_fn(|c| if mean[c] > 0.0 { stray_light[c] / mean[c] } else { 0.0 });
-        let question = Validating { fitted, compared: &compared, training, stray_light, seed: options.seed };
         let validated = parts.make("validation", 0.7, |control| validate_all(prepared, &question, control))?;
         let (found, told) = validated.unwrap_or_default();
         validations = found;
@@ -187,7 +173,6 @@ fn report(
     }
     notes.splice(0..0, nuisances::notes(prepared, &identified.known));
     notes.extend(identified.known.iter().filter_map(note_of));
-    notes.extend(left_out_note(&parts.left_out));
     let pixels: Vec<(String, f64)> = compared.iter().map(|c| (c.photograph.name(), c.pixel_relative_rms)).collect();
     let near = prepared.close_up.as_ref().and_then(|found| NearComparison::of(found, &model, &evaluated));
     let failures = gates::failures(&Judged {
@@ -200,14 +185,16 @@ fn report(
         known: &identified.known,
     });
     let mut causes = Vec::new();
-    if !failures.is_empty() && early.is_none() {
-        let found = parts.make("diagnosis", 0.95, |control| {
-            let mut found = diagnosis::causes(prepared, &solved, best, control)?;
-            found.extend(held_out::causes(prepared, &fitted, training, &validations, control)?);
-            Ok(found)
+    if !failures.is_empty() && early.is_some() {
+        parts.left_out.push(DIAGNOSIS);
+    } else if !failures.is_empty() {
+        parts.make(DIAGNOSIS, 0.95, |control| {
+            held_out::causes(prepared, &question, &validations, &mut causes, control)?;
+            diagnosis::causes(prepared, &solved, best, &mut causes, control)
         })?;
-        causes = found.unwrap_or_default();
+        causes.sort_by(|a, b| a.objective_ratio.unwrap_or(0.0).total_cmp(&b.objective_ratio.unwrap_or(0.0)));
     }
+    notes.extend(left_out_note(&parts.left_out));
     (parts.control.progress)("report", 1.0);
     let entries = if early.is_some() { shared.trace_with_memory() } else { shared.sorted_trace() };
     Ok(Outcome {
@@ -236,50 +223,11 @@ fn report(
     })
 }
 
-/// How much of the light of the distant photographs the fitted material would reflect more than once, where the fit file says that they show
-/// none of it: relative RMS over the direction bins, 0 where the fit has it.
-fn missing_interreflection(
-    prepared: &Prepared<'_>,
-    small: &SmallScale,
-    lights: &[[f64; 2]],
-    seed: u64,
-    control: &Control<'_>,
-) -> Result<f64> {
-    if prepared.spec.bounces > 0 {
-        return Ok(0.0);
-    }
-    let options = PathOptions { bounces: USUAL_BOUNCES, seed };
-    let traced = trace_interreflection(small, &prepared.coarse, lights, None, options, control)?;
-    let (mut missing, mut energy) = (0.0, 0.0);
-    for (bin, extra) in prepared.coarse.iter().flat_map(|p| &p.bins).zip(traced.bins.iter().flatten()) {
-        for c in 0..3 {
-            missing += bin.count as f64 * (bin.irradiance[c] * extra[c]).powi(2);
-            energy += bin.count as f64 * bin.mean[c].powi(2);
-        }
-    }
-    Ok(if energy > 0.0 { (missing / energy).sqrt() } else { 0.0 })
-}
-
-/// How well the scale is known that all colours share.
-struct ScaleOfColours {
-    /// Relative standard deviation.
-    sigma: f64,
-    /// Whether nobody gave that of the irradiance.
-    assumed: bool,
-}
-
-impl ScaleOfColours {
-    /// It is that of the distant photographs' irradiance. Where the close-up has another one than its file says, either may be wrong.
-    fn of(prepared: &Prepared<'_>, model: &Model<'_>, evaluated: &Evaluated) -> Self {
-        let stated = prepared.distant[0];
-        let exposure = model.unknowns.iter().position(|u| u.kind == UnknownKind::Exposure).map_or(1.0, |k| evaluated.linear[k]);
-        let known = prepared.close_up.as_ref().is_some_and(|found| found.exposure_known);
-        let disagreement = if known { exposure - 1.0 } else { 0.0 };
-        Self {
-            sigma: stated.irradiance_sigma().hypot(disagreement),
-            assumed: stated.stated_irradiance_sigma.is_none() || !stated.exposure_known,
-        }
-    }
+/// Stray light of the first distant photograph over the mean radiance of its pixels.
+fn usual_stray_light(prepared: &Prepared<'_>, model: &Model<'_>, evaluated: &Evaluated) -> [f64; 3] {
+    let found = stray_light(&model.unknowns, &evaluated.linear, Shot::Distant(0));
+    let mean = prepared.fine[0].mean;
+    std::array::from_fn(|c| if mean[c] > 0.0 { found[c] / mean[c] } else { 0.0 })
 }
 
 /// How well the unknowns are known, and profiles of those that are known worst. Where the search ended early there are no profiles.
@@ -323,6 +271,8 @@ fn uncertainty(
 }
 
 /// Names of parts of the report.
+pub const DIAGNOSIS: &str = "diagnosis";
+/// The same.
 const STANDARD_DEVIATIONS: &str = "standard deviations";
 /// The same.
 const PROFILES_PART: &str = "profiles";

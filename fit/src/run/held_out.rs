@@ -1,8 +1,8 @@
 //! What would make a photograph agree that was held out and is not predicted.
 
-use super::comparison::{Fitted, OtherLight};
+use super::comparison::{OtherLight, Validating};
 use super::diagnosis::Cause;
-use super::held_out_light::{scale_of, stray_light};
+use super::held_out_light::{Free, HeldOutLight};
 use super::options::{COARSE, FINE};
 use super::outcome::Compared;
 use super::prepared::{Prepared, sights_of};
@@ -14,57 +14,58 @@ use biscale::filter::Control;
 
 /// Steps of the turns of a light that are tried, degrees, each about the best one of the step before, and turns to either side.
 const TURNS_DEG: [f64; 3] = [4.0, 1.5, 0.5];
-/// See [`TURNS_DEG`]: 16 degrees in all.
+/// See [`TURNS_DEG`]: 18 degrees in all.
 const TO_A_SIDE: i32 = 3;
 
-/// What would make held-out photographs agree that are not predicted: their light elsewhere, or brighter or darker.
+/// Adds what would make held-out photographs agree that are not predicted: their light elsewhere, or brighter or darker.
 ///
 /// # Errors
 /// Those of the filter.
 pub(super) fn causes(
     prepared: &Prepared<'_>,
-    fitted: &Fitted<'_>,
-    training: f64,
+    question: &Validating<'_>,
     validations: &[(Validation, Compared)],
+    causes: &mut Vec<Cause>,
     control: &Control<'_>,
-) -> Result<Vec<Cause>> {
-    let mut causes = Vec::new();
+) -> Result<()> {
+    let Validating { fitted, training, stray_light, .. } = *question;
     for (validation, compared) in validations.iter().filter(|(v, _)| v.verdict == Verdict::Fail) {
         let Some(photograph) = prepared.spec.of_role(Role::Validation).find(|p| p.file == compared.photograph.file) else { continue };
-        let bins = DirectionBins::new(photograph, &sights_of(photograph, prepared.spec, &prepared.start), FINE.bins)?;
-        let error = |turn_deg: [f64; 2], scales: bool| -> Result<(f64, f64)> {
-            let light = OtherLight { stray_light: [0.0; 3], interreflection: None };
-            let mut predicted = fitted.predict(&bins, (turn_deg, COARSE.samples), light, control)?;
-            let stray_light = stray_light(&bins, &predicted, [0.0; 3]);
-            let factor = if scales { scale_of(&bins, &predicted, stray_light) } else { 1.0 };
-            predicted.iter_mut().for_each(|p| (0..3).for_each(|c| p[c] = factor * p[c] + stray_light[c]));
-            Ok((bins.relative_rms(&predicted), factor))
+        let bins = [DirectionBins::new(photograph, &sights_of(photograph, prepared.spec, &prepared.start), FINE.bins)?];
+        // Notes on it were told with the verdict.
+        let traced = question.interreflection(&validation.photograph, &bins, prepared.spec.bounces, &mut Vec::new(), control)?;
+        let interreflection = traced.as_ref().map(|found| &found.bins[0][..]);
+        let [bins] = &bins;
+        let error = |turn_deg: [f64; 2], factor: bool| -> Result<(f64, f64)> {
+            let light = OtherLight { stray_light: [0.0; 3], interreflection };
+            let mut predicted = fitted.predict(bins, (turn_deg, COARSE.samples), light, control)?;
+            let found = HeldOutLight::of(bins, &predicted, Free { factor, stray_light });
+            predicted.iter_mut().for_each(|p| (0..3).for_each(|c| p[c] = found.factor * p[c] + found.stray_light[c]));
+            Ok((bins.relative_rms(&predicted), found.factor))
         };
-        let cause = |remedy: String, error: f64| Cause {
-            remedy,
-            objective_ratio: (error / validation.relative_rms).powi(2),
-            training,
-            close_up: None,
+        let mut add = |remedy: String, error: f64| {
+            let ratio = (error / validation.relative_rms).powi(2);
+            causes.push(Cause { remedy, objective_ratio: Some(ratio), training, close_up: None });
         };
+        let is_scaled = validation.exposure.is_some();
         let (scaled, factor) = error([0.0; 2], true)?;
-        if scaled <= limit(training) && validation.exposure.is_none() {
+        if scaled <= limit(training) && !is_scaled {
             let remedy = format!(
-                "the irradiance of {} is {:.2} times what the file says, or the fit's is: its light is predicted but for that factor",
-                validation.photograph, factor
+                "the irradiance of {} is {factor:.2} times what the file says, or the fit's is: its light is predicted but for that factor",
+                validation.photograph
             );
-            causes.push(cause(remedy, scaled));
+            add(remedy, scaled);
         }
-        let (turn, turned) = best_turn(&|turn| error(turn, false).map(|found| found.0))?;
-        if turned <= limit(training) {
+        let (turn, turned) = best_turn(&|turn| error(turn, is_scaled).map(|found| found.0))?;
+        if turned <= limit(training) && turn != [0.0; 2] {
             let remedy = format!(
                 "the light of {} stands elsewhere than the file says, by {:.1} degrees of azimuth and {:.1} of elevation",
                 validation.photograph, turn[0], turn[1]
             );
-            causes.push(cause(remedy, turned));
+            add(remedy, turned);
         }
     }
-    causes.sort_by(|a, b| a.objective_ratio.total_cmp(&b.objective_ratio));
-    Ok(causes)
+    Ok(())
 }
 
 /// The turn of a light by which an error is least, and that error.

@@ -11,12 +11,14 @@ mod nuisances;
 mod options;
 mod outcome;
 mod prepared;
+mod scale_of_colours;
 mod stages;
 mod stopwatch;
 mod watcher;
 mod whole;
 
 pub use diagnosis::Cause;
+pub use finish::DIAGNOSIS;
 pub use options::{COARSE, Effort, FINE, Options, POLISH_SAMPLES, REPORT_SHARE};
 pub use outcome::{Better, Compared, Early, Outcome};
 pub use prepared::{Survey, survey};

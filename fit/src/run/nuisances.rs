@@ -9,6 +9,9 @@ const FAR: f64 = 2.5;
 /// Stray light over the mean radiance of a photograph from which on it is told. Chosen, not measured: a clean lens has less.
 const MUCH_STRAY_LIGHT: f64 = 0.03;
 
+/// Least standard deviation of an exposure that is told of: what is less is no matter for anybody.
+const LEAST_EXPOSURE_SIGMA: f64 = 0.005;
+
 /// What the user should check.
 pub(super) fn notes(prepared: &Prepared<'_>, known: &[Known]) -> Vec<String> {
     let lights = known.iter().filter(|k| k.kind == "light").filter_map(|light| {
@@ -22,10 +25,10 @@ pub(super) fn notes(prepared: &Prepared<'_>, known: &[Known]) -> Vec<String> {
             )
         })
     });
-    let stated = prepared.close_up.as_ref().filter(|found| found.exposure_known);
-    let exposure = stated.zip(known.iter().find(|k| k.kind == "exposure")).and_then(|(found, exposure)| {
+    let stated = prepared.close_up.as_ref().and_then(|found| found.exposure_sigma);
+    let exposure = stated.zip(known.iter().find(|k| k.kind == "exposure")).and_then(|(sigma, exposure)| {
         let off = 1.0 / exposure.value - 1.0;
-        (off.abs() > FAR * found.exposure_sigma).then(|| {
+        (off.abs() > FAR * sigma.max(LEAST_EXPOSURE_SIGMA)).then(|| {
             format!(
                 "the close-up is {:.0} % {} than its irradiance and that of the distant photographs say: one of the two is wrong, and all colours are \
                  uncertain by as much",
@@ -34,7 +37,7 @@ pub(super) fn notes(prepared: &Prepared<'_>, known: &[Known]) -> Vec<String> {
             )
         })
     });
-    let veils = known.iter().filter(|k| k.kind == "veil" && k.value > MUCH_STRAY_LIGHT * k.range).map(|veil| {
+    let veils = known.iter().filter(|k| k.kind == "veil" && k.value > (MUCH_STRAY_LIGHT * k.range).max(FAR * k.sigma)).map(|veil| {
         format!(
             "{} is {:.1} % of the photograph's mean: keep light off the lens, and the room dark",
             veil.name,

@@ -89,7 +89,8 @@ impl<'a> Prepared<'a> {
             .map(|p| CloseUp::new(p, &sights_of(p, spec, &start), &start, mean_period::uniform(&spec.material.geometry), &colours));
         if let Some(found) = &mut close_up {
             // Neither irradiance is exact.
-            found.exposure_sigma = found.exposure_sigma.hypot(distant[0].irradiance_sigma());
+            found.exposure_sigma =
+                found.exposure_sigma.filter(|_| distant[0].exposure_known).map(|s| s.hypot(distant[0].irradiance_sigma()));
         }
         match &close_up {
             Some(found) => notes.extend(found.notes.iter().map(|n| format!("close-up: {n}"))),

@@ -116,7 +116,7 @@ pub struct Identified {
 
 impl Identified {
     /// Adds what is not known of the scale that all colours share, a share of each of them: `sigma`. It comes from the irradiance of the
-    /// photographs, which nothing in them tells.
+    /// photographs, which nothing in them tells. Correlations stay those without it: with it all colours have one.
     pub fn add_scale(&mut self, sigma: f64, assumed: bool) {
         let n = self.known.len();
         let of = |known: &Known| if known.kind == "colour" { sigma * known.value / known.scale } else { 0.0 };
@@ -128,6 +128,7 @@ impl Identified {
                 self.covariance[i * n + j] += column[i] * column[j];
             }
             known.set_sigma(self.covariance[i * n + i].sqrt());
+            known.sigma_without_close_up = known.sigma_without_close_up.map(|s| s.hypot(sigma * known.value));
         }
     }
 
@@ -272,10 +273,13 @@ fn known_linear(model: &Model<'_>, best: &Evaluated, k: usize, range: f64, held:
 /// Ranges of all unknowns in the units of the derivatives: of the box for the search; a colour cannot be more than all, stray light than the picture; an
 /// exposure is as large as it is.
 fn ranges(model: &Model<'_>, variables: usize, best: &Evaluated) -> Vec<f64> {
+    let exposure = model.unknowns.iter().position(|u| u.kind == UnknownKind::Exposure).map_or(1.0, |k| best.linear[k]);
     let linear = model.unknowns.iter().zip(&best.linear).map(|(u, value)| match u.kind {
         UnknownKind::Colour(..) => (u.bounds[1] - u.bounds[0]).max(PARAMS.least_range),
         UnknownKind::StrayLight(Shot::Distant(p), c) => model.input.photographs[p].mean[c].max(PARAMS.least_range),
-        UnknownKind::StrayLight(Shot::CloseUp, c) => model.input.close_up.map_or(0.0, |found| found.mean[c]).max(PARAMS.least_range),
+        UnknownKind::StrayLight(Shot::CloseUp, c) => {
+            (exposure * model.input.close_up.map_or(0.0, |found| found.mean[c])).max(PARAMS.least_range)
+        }
         UnknownKind::Exposure => *value,
     });
     std::iter::repeat_n(1.0, variables).chain(linear).collect()

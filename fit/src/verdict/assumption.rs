@@ -7,9 +7,9 @@ use crate::residuals::unknowns::Shot;
 use biscale::numerics::cast::narrow;
 use biscale::numerics::colour::{linear_to_srgb, srgb_to_linear};
 
-/// Standard deviation of a light's direction where nothing of what the file says of it is believed, degrees. Chosen, not measured: with the reach
-/// of its bounds, 40 degrees, it finds a lamp that was taken for its neighbour.
-pub const FREE_LIGHT_SIGMA_DEG: f64 = 5.0;
+/// Standard deviation of a light's direction where little of what the file says of it is believed, degrees. Chosen, not measured: its bounds are 24
+/// degrees, over which directions in the tile's frame still turn about linearly with the angle.
+pub const FREE_LIGHT_SIGMA_DEG: f64 = 3.0;
 
 /// Fields of view that are tried, over that of the file. Chosen, not measured: a lens that focuses near sees about so much less, and errors of 4 to
 /// 12 % become smaller by one of the two.
@@ -44,15 +44,22 @@ impl Assumption {
         if let Some(near) = near {
             let square = near.image.width == near.image.height;
             all.extend([1, 2, 3].into_iter().filter(|quarters| square || *quarters == 2).map(Self::NearTurned));
-            all.extend([Self::NearMirrored, Self::Light(Shot::CloseUp)]);
+            all.push(Self::NearMirrored);
+            all.extend(is_held(near).then_some(Self::Light(Shot::CloseUp)));
         }
         let size = |p: &Photograph| (p.image.width, p.image.height);
         let pair = spec.of_role(Role::Distant).next().zip(spec.of_role(Role::Validation).next());
         all.extend(pair.filter(|(a, b)| size(a) == size(b)).map(|_| Self::Swapped));
-        all.extend((0..spec.of_role(Role::Distant).count()).map(|k| Self::Light(Shot::Distant(k))));
+        let distant = spec.of_role(Role::Distant).enumerate().filter(|(_, p)| is_held(p));
+        all.extend(distant.map(|(k, _)| Self::Light(Shot::Distant(k))));
         all.extend([Self::Encoded, Self::Decoded, Self::Bounces]);
         all.extend(FIELDS_OF_VIEW.map(Self::FieldOfView));
         all
+    }
+
+    /// Whether the values of photographs are others, and not only what is said of them.
+    pub fn changes_values(self) -> bool {
+        matches!(self, Self::Swapped | Self::Encoded | Self::Decoded)
     }
 
     /// The fit file with this otherwise.
@@ -111,6 +118,11 @@ impl Assumption {
             }
         }
     }
+}
+
+/// Whether the light of a photograph is less free than it may be.
+fn is_held(photograph: &Photograph) -> bool {
+    photograph.light_sigma_deg < FREE_LIGHT_SIGMA_DEG
 }
 
 fn near(spec: &mut Spec) -> impl Iterator<Item = &mut Photograph> {

@@ -48,6 +48,8 @@ pub struct Validation {
     pub angle_deg: f64,
     /// Pixels compared.
     pub pixels: usize,
+    /// Stray light that was found in it.
+    pub stray_light: [f64; 3],
     /// What the prediction was multiplied by, where the irradiance was not known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub exposure: Option<f64>,

@@ -12,7 +12,7 @@ use biscale::formats::svg::png_url;
 use biscale::numerics::colour::srgb_byte;
 use biscale_fit::fit_file::spec::Spec;
 use biscale_fit::photograph::image::{IRRADIANCE_SIGMA, Photograph, Role};
-use biscale_fit::run::{Options, Outcome};
+use biscale_fit::run::{DIAGNOSIS, Options, Outcome};
 use biscale_fit::uncertainty::identify::Known;
 use biscale_fit::verdict::gates::MOST_NEAR_ERROR;
 use biscale_fit::verdict::validate::{LEAST_ANGLE_DEG, LEAST_TRAINING, MOST_ERROR, MOST_RATIO, Verdict};
@@ -79,16 +79,16 @@ fn causes(outcome: &Outcome) -> Markup {
                     li {
                         (cause.remedy) " "
                         small {
-                            "(squared residuals " (format!("{:.0} %", 100.0 * cause.objective_ratio)) " of what they were; training error "
-                            (percent(cause.training)) @if let Some(near) = cause.close_up { ", close-up " (percent(near)) } ")"
+                            "(" @if let Some(ratio) = cause.objective_ratio { "squared residuals " (format!("{:.0} %", 100.0 * ratio)) " of what they were; " }
+                            "training error " (percent(cause.training)) @if let Some(near) = cause.close_up { ", close-up " (percent(near)) } ")"
                         }
                     }
                 }
             }
-        } @else if !outcome.failures.is_empty() && !outcome.left_out.contains(&"diagnosis") {
+        } @else if !outcome.failures.is_empty() && !outcome.left_out.contains(&DIAGNOSIS) {
             p {
                 "No single assumption that was made otherwise (close-up turned or mirrored, photographs swapped, values encoded, lights elsewhere, \
-                 reflections) makes the photographs agree: the kind of structure or the BRDFs may be others."
+                 reflections, field of view) makes the photographs agree: the kind of structure or the BRDFs may be others."
             }
         }
     }
