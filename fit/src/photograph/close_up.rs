@@ -202,8 +202,8 @@ impl CloseUp {
         [0, 1].map(|axis| blur.length * scale(axis).unwrap_or(any) / tile[axis])
     }
 
-    /// With standard deviations of the periods that know nothing of the heights of what repeats: these lie between `heights` of a tile whose
-    /// period is `tile`, over the plane that the photograph's object names, and what lies under it is farther from the camera.
+    /// With periods as the mean period has them, where there is one, and with standard deviations that know nothing of the heights of what
+    /// repeats: these lie between `heights` of a tile whose period is `tile`, over the plane that the photograph's object names, and what lies under it is farther from the camera.
     #[must_use]
     pub fn at_any_height(&self, [low, high]: [f64; 2], tile: [f64; 2]) -> Self {
         let mut found = self.clone();
@@ -211,8 +211,9 @@ impl CloseUp {
         if found.distance <= 0.0 {
             return found;
         }
-        for (period, tile) in found.period.iter_mut().zip(tile) {
+        for (k, (period, tile)) in found.period.iter_mut().zip(tile).enumerate() {
             if let Some(period) = period {
+                period.length = self.mean_period.as_ref().and_then(|mean| mean.length[k]).unwrap_or(period.length);
                 let farthest = low.abs().max(high.abs()) * period.length / tile / self.distance;
                 period.sigma = period.sigma.hypot(farthest * period.length);
             }
@@ -468,7 +469,7 @@ mod tests {
         let there = on_plane.period;
         assert_eq!(on_plane.mean_period.unwrap().length, there.map(|p| p.map(|p| p.length)));
         let sigma = found.at_any_height([-0.44, 0.0], [1.0; 2]).period[0].unwrap().sigma;
-        assert!((sigma - 0.01_f64.hypot(0.02 * 0.98 * 0.98)).abs() < 1e-12, "{sigma}");
+        assert!((sigma - 0.01_f64.hypot(0.02 / 1.02 / 1.02)).abs() < 1e-12, "{sigma}");
         assert!((there[0].unwrap().length - 1.0).abs() < 1e-3 && there[1].is_none(), "{there:?}");
     }
 

@@ -32,15 +32,9 @@ impl fmt::Display for Report {
             writeln!(f, "  distant   {file}: {pixels} pixels can be used, in {bins} direction bins")?;
         }
         if let Some(found) = &self.survey.close_up {
-            for (k, (axis, period)) in ["x", "y"].iter().zip(&found.period).enumerate() {
+            for (axis, period) in ["x", "y"].iter().zip(&found.period) {
                 match period {
-                    Some(p) => {
-                        // That which the fit compares, where all periods could be registered. What is seen may lie over or under the plane that the photograph names, by about half a
-                        // period: it looks larger or smaller by that over the distance.
-                        let length = found.mean_period.as_ref().and_then(|m| m.length[k]).unwrap_or(p.length);
-                        let parallax = if found.distance > 0.0 { 0.5 * length * length / found.distance } else { 0.0 };
-                        writeln!(f, "  close-up  period {length:.5} +/- {:.5} along {axis}", p.sigma.hypot(parallax))?;
-                    }
+                    Some(p) => writeln!(f, "  close-up  period {:.5} +/- {:.5} along {axis}", p.length, p.sigma)?,
                     None => writeln!(f, "  close-up  no period along {axis}")?,
                 }
             }
