@@ -121,7 +121,9 @@ pub fn without_repetition(kept: PathBuf, evaluations: &Path) -> Option<PathBuf> 
 
 /// One unknown in a line: `geometry.depth = 0.51 +/- 0.02 (4 %)`.
 pub fn line(known: &Known) -> String {
-    let share = if known.value == 0.0 { String::new() } else { format!(" ({:.1} %)", 100.0 * (known.sigma / known.value).abs()) };
+    // A share of a number that is zero where nothing is wrong says nothing.
+    let about_zero = known.value == 0.0 || ["light", "veil"].contains(&known.kind);
+    let share = if about_zero { String::new() } else { format!(" ({:.1} %)", 100.0 * (known.sigma / known.value).abs()) };
     let mut text = if known.sigma.is_nan() {
         format!("{} = {} (standard deviation not computed)", known.name, digits(known.value))
     } else {
