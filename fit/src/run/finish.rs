@@ -27,7 +27,7 @@ use crate::uncertainty::identify::{self, Identified, Known};
 use crate::uncertainty::profile::{self, Profile};
 use crate::verdict::gates::{self, Judged};
 use crate::verdict::near::NearComparison;
-use crate::verdict::validate::Validation;
+use crate::verdict::validate::{Validation, Verdict};
 use biscale::error::{BadInput, Error, Result};
 use biscale::filter::Control;
 use std::sync::atomic::AtomicBool;
@@ -188,11 +188,18 @@ fn report(
     if !failures.is_empty() && early.is_some() {
         parts.left_out.push(DIAGNOSIS);
     } else if !failures.is_empty() {
+        let mut of_held_out = Vec::new();
         parts.make(DIAGNOSIS, 0.95, |control| {
-            held_out::causes(prepared, &question, &validations, &mut causes, control)?;
+            held_out::causes(prepared, &question, &validations, &mut of_held_out, control)?;
             diagnosis::causes(prepared, &solved, best, &mut causes, control)
         })?;
+        // What makes the fitted photographs agree, where they do not, comes before all that is said of a held-out one.
+        let only_held_out = failures.len() == validations.iter().filter(|(v, _)| v.verdict == Verdict::Fail).count();
+        if only_held_out {
+            causes.append(&mut of_held_out);
+        }
         causes.sort_by(|a, b| a.objective_ratio.unwrap_or(0.0).total_cmp(&b.objective_ratio.unwrap_or(0.0)));
+        causes.append(&mut of_held_out);
     }
     notes.extend(left_out_note(&parts.left_out));
     (parts.control.progress)("report", 1.0);

@@ -22,7 +22,7 @@ pub const WEAK: f64 = 0.1;
 pub const CORRELATED: f64 = 0.9;
 
 /// How well one unknown is known.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Known {
     /// Its name.
     pub name: String,

@@ -127,7 +127,7 @@ pub fn line(known: &Known) -> String {
     let mut text = if known.sigma.is_nan() {
         format!("{} = {} (standard deviation not computed)", known.name, digits(known.value))
     } else {
-        format!("{} = {} +/- {}{share}", known.name, digits(known.value), digits(known.sigma))
+        format!("{} = {}{share}", known.name, with_sigma(known, " +/- "))
     };
     for flag in flags(known) {
         text.push_str(", ");
@@ -143,9 +143,21 @@ pub fn flags(known: &Known) -> Vec<&'static str> {
         (known.weak && !known.not_identified, "weak"),
         (known.at_bound && known.kind != "veil", "at a bound"),
         (known.from_close_up, "from the close-up"),
-        (known.scale_assumed, "its scale rests on an assumed irradiance"),
+        (known.scale_assumed, "scale assumed"),
     ];
     all.into_iter().filter(|(set, _)| *set).map(|(_, word)| word).collect()
+}
+
+/// A value and its standard deviation, this with two significant digits and the value with as many decimals; without one where it was not
+/// computed.
+pub fn with_sigma(known: &Known, between: &str) -> String {
+    if !known.sigma.is_finite() || known.sigma <= 0.0 {
+        return digits(known.value);
+    }
+    // The exponent of the rounded number: .00996 is .010.
+    let exponent: i32 = format!("{:.1e}", known.sigma).split('e').nth(1).and_then(|e| e.parse().ok()).unwrap_or(0);
+    let decimals = usize::try_from(1 - exponent).unwrap_or(0);
+    format!("{:.decimals$}{between}{:.decimals$}", known.value, known.sigma)
 }
 
 /// A number with four significant digits.
@@ -209,4 +221,20 @@ pub fn summary(spec: &Spec, options: &Options, outcome: &Outcome, compared: &[tr
 /// JSON has no infinity.
 fn finite(x: f64) -> Option<f64> {
     x.is_finite().then_some(x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_has_as_many_decimals_as_its_standard_deviation_tells() {
+        let known = |value: f64, sigma: f64| with_sigma(&Known { value, sigma, ..Known::default() }, " +/- ");
+        assert_eq!(known(0.44581, 0.02495), "0.446 +/- 0.025");
+        assert_eq!(known(0.0000017, 0.00062), "0.00000 +/- 0.00062");
+        assert_eq!(known(1234.5, 99.6), "1234 +/- 100");
+        assert_eq!(known(-3.2, 0.00996), "-3.200 +/- 0.010");
+        assert_eq!(known(0.25, 0.0), "0.25");
+        assert_eq!(known(0.25, f64::NAN), "0.25");
+    }
 }

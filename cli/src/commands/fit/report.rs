@@ -1,6 +1,6 @@
 //! `report.html`: one file that holds everything, pictures too.
 
-use super::files::{digits, flags};
+use super::files::{digits, flags, with_sigma};
 use super::flip::mean_flip;
 use super::pictures::Pair;
 use super::report_plots::{convergence, profile_plot};
@@ -132,7 +132,7 @@ fn validation(outcome: &Outcome) -> Markup {
             p {
                 (format!("Everything held fixed, another light. It passes with at most {:.0} %, and at most {MOST_RATIO:.0} times the training error or \
                  {:.0} %, whichever is larger; a light within {LEAST_ANGLE_DEG:.0} degrees of a fitted one proves nothing.",
-                    100.0 * MOST_ERROR, 100.0 * LEAST_TRAINING))
+                    100.0 * MOST_ERROR, 100.0 * MOST_RATIO * LEAST_TRAINING))
             }
             table {
                 tr {
@@ -166,7 +166,7 @@ fn unknowns(outcome: &Outcome) -> Markup {
             @for known in &identified.known {
                 tr {
                     td title=(known.name) { (plain_name(&known.name)) }
-                    td.n { (digits(known.value)) @if known.sigma.is_finite() { " ± " (digits(known.sigma)) } } td.n { (relative(known)) }
+                    td.n { (with_sigma(known, " ± ")) } td.n { (relative(known)) }
                     td.n { (digits(known.bounds[0])) " .. " (digits(known.bounds[1])) } td.flag { (flags(known).join(", ")) }
                 }
             }
