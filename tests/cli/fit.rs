@@ -41,7 +41,7 @@ fn fit_file() -> String {
         format!("[[photograph]]\nrole = \"{role}\"\nimage = \"{image}\"\n[photograph.light]\n{}", light(to))
     };
     format!(
-        "format = 1\nname = \"fitted\"\nmaterial = \"start.toml\"\nlight_sigma_deg = 0\n{CAMERA}[object]\n{OBJECT}{}{}\
+        "format = 1\nname = \"fitted\"\nmaterial = \"start.toml\"\nbounces = 0\nlight_sigma_deg = 0\n{CAMERA}[object]\n{OBJECT}{}{}\
          [[parameter]]\nkey = \"geometry.depth\"\nbounds = [0.1, 1.0]\n[[colour]]\nkey = \"surface.left.brdf.albedo\"\n\
          [[colour]]\nkey = \"surface.right.brdf.albedo\"\n",
         photograph("distant", "b.exr", LIGHTS[0]),

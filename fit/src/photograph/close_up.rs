@@ -112,6 +112,9 @@ pub struct Blur {
     pub length: f64,
 }
 
+/// Bounds of an exposure that nobody knows.
+const EXPOSURES: [f64; 2] = [1e-2, 1e2];
+
 /// Parts of the picture along either direction whose angles are told apart.
 pub const SPREAD: usize = 4;
 
@@ -243,10 +246,13 @@ impl CloseUp {
         self.parts.iter().map(|part| part.pair(turn_deg)).collect()
     }
 
-    /// Whether its radiance is compared, and not only the cover of its surfaces: then its stray light and its exposure are found with the
-    /// colours.
-    pub fn shows_light(&self) -> bool {
-        self.middle.is_some() && (self.mean_period.is_some() || self.exposure_known)
+    /// Bounds of its exposure, the given irradiance over the true one, which is found with the colours; `None` where its radiance is not
+    /// compared, but only the cover of its surfaces. Where a material explains it badly, a photograph of no light at all would be explained best:
+    /// what is known of the exposure must hold it.
+    pub fn exposures(&self) -> Option<[f64; 2]> {
+        let compared = self.middle.is_some() && (self.mean_period.is_some() || self.exposure_known);
+        let around = |sigma: f64| [(1.0 - PARAMS.exposure_reach * sigma).max(EXPOSURES[0]), 1.0 + PARAMS.exposure_reach * sigma];
+        compared.then(|| self.exposure_sigma.map_or(EXPOSURES, around))
     }
 
     /// Whether the clusters are surfaces.

@@ -83,7 +83,7 @@ impl<'a> Model<'a> {
         Ok(Self {
             input,
             variables: variables(input.spec),
-            unknowns: unknowns(input.spec, input.photographs.len(), input.close_up.is_some_and(CloseUp::shows_light)),
+            unknowns: unknowns(input.spec, input.photographs.len(), input.close_up.and_then(CloseUp::exposures)),
             near,
             samples_in_place: CommonRandomNumbers::new(&small, sampling.samples, sampling.seed, &pairs, control)?,
             sampling,

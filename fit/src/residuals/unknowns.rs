@@ -69,12 +69,9 @@ pub enum UnknownKind {
     Exposure,
 }
 
-/// Bounds of [`UnknownKind::Exposure`].
-const EXPOSURES: [f64; 2] = [1e-2, 1e2];
-
 /// The unknowns of a fit, in the order of the file: colours by channel, then stray-light offsets of the `distant` photographs and of the
-/// close-up if `near` says that its radiance is compared, then the exposure of that.
-pub fn unknowns(spec: &Spec, distant: usize, near: bool) -> Vec<Unknown> {
+/// close-up if its radiance is compared, then the exposure of that, within `exposure`.
+pub fn unknowns(spec: &Spec, distant: usize, exposure: Option<[f64; 2]>) -> Vec<Unknown> {
     const CHANNELS: [&str; 3] = ["red", "green", "blue"];
     let mut unknowns = Vec::new();
     for (k, colour) in spec.colours.iter().enumerate() {
@@ -89,7 +86,7 @@ pub fn unknowns(spec: &Spec, distant: usize, near: bool) -> Vec<Unknown> {
         }
     }
     if spec.stray_light {
-        for shot in (0..distant).map(Shot::Distant).chain(near.then_some(Shot::CloseUp)) {
+        for shot in (0..distant).map(Shot::Distant).chain(exposure.map(|_| Shot::CloseUp)) {
             unknowns.extend((0..3).map(|c| Unknown {
                 name: format!("veil {} {}", shot.name(), CHANNELS[c]),
                 kind: UnknownKind::StrayLight(shot, c),
@@ -97,8 +94,8 @@ pub fn unknowns(spec: &Spec, distant: usize, near: bool) -> Vec<Unknown> {
             }));
         }
     }
-    if near {
-        unknowns.push(Unknown { name: "exposure of the close-up".to_owned(), kind: UnknownKind::Exposure, bounds: EXPOSURES });
+    if let Some(bounds) = exposure {
+        unknowns.push(Unknown { name: "exposure of the close-up".to_owned(), kind: UnknownKind::Exposure, bounds });
     }
     unknowns
 }

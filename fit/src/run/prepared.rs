@@ -52,7 +52,7 @@ pub fn survey(spec: &Spec, control: &Control<'_>) -> Result<Survey> {
     let prepared = Prepared::new(spec, control)?;
     let tile = &prepared.start.tile;
     let heights = tile.vertices.iter().fold([0.0_f64; 2], |[low, high], v| [low.min(v.z), high.max(v.z)]);
-    let unknowns = unknowns::unknowns(spec, prepared.distant.len(), prepared.close_up.as_ref().is_some_and(CloseUp::shows_light));
+    let unknowns = unknowns::unknowns(spec, prepared.distant.len(), prepared.close_up.as_ref().and_then(CloseUp::exposures));
     Ok(Survey {
         distant: prepared.distant.iter().zip(&prepared.fine).map(|(p, c)| (p.file.display().to_string(), c.pixels, c.bins.len())).collect(),
         variables: unknowns::variables(spec).iter().map(|v| v.name(spec, &unknowns)).collect(),

@@ -141,7 +141,7 @@ impl<'a> Looked<'a> {
     fn truth(&self, truth: &str, faults: &Faults) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
         let of = |name: &str| truths(std::iter::once(name), truth)[0];
         let values: Vec<f64> = self.spec.parameters.iter().map(|p| of(&p.key).unwrap()).collect();
-        let unknowns = biscale_fit::residuals::unknowns::unknowns(self.spec, self.bins.len(), self.near.shows_light());
+        let unknowns = biscale_fit::residuals::unknowns::unknowns(self.spec, self.bins.len(), self.near.exposures());
         let point = biscale_fit::residuals::unknowns::variables(self.spec)
             .iter()
             .map(|v| match v {
