@@ -27,10 +27,11 @@ fn a_shoot_becomes_a_material() {
     folder.write("fit.toml", folder.read("fit.toml").replace("bounces = 4", "bounces = 0"));
     let checked = run(&["check", "fit.toml"]);
     assert!(checked.stdout.contains("warp_width") && checked.stdout.contains("period"), "{}", checked.stdout);
-    let said = run(&["fit", "fit.toml", "-o", "fitted", "--starts", "3", "--quiet"]);
-    assert!(said.stdout.is_empty(), "{}", said.stdout);
+    // It is flat, and no cloth: from near it is not explained, and said so.
+    let said = folder.run(["fit", "fit.toml", "-o", "fitted", "--starts", "3", "--quiet"]);
+    assert!(said.status == 1 && said.stderr.contains("does not explain the close-up"), "{}{}", said.stdout, said.stderr);
     let fit: Value = serde_json::from_str(&folder.read("fitted/fit.json")).unwrap();
-    assert_eq!(fit["verdict"], "pass", "{fit}");
+    assert_eq!(fit["verdict"], "fail", "{fit}");
     assert!(fit["training"]["relative_rms"].as_f64().unwrap() < 0.03, "{}", fit["training"]);
     // The held-out photograph has no checker of its own.
     assert!(fit["validation"][0]["exposure"].is_number(), "{}", fit["validation"]);

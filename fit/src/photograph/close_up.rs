@@ -247,12 +247,11 @@ impl CloseUp {
     }
 
     /// Bounds of its exposure, the given irradiance over the true one, which is found with the colours; `None` where its radiance is not
-    /// compared, but only the cover of its surfaces. Where a material explains it badly, a photograph of no light at all would be explained best:
-    /// what is known of the exposure must hold it.
+    /// compared, but only the cover of its surfaces. One that is known is held: where a material explains the close-up badly, residuals that are
+    /// a share of the exposure would make it small.
     pub fn exposures(&self) -> Option<[f64; 2]> {
         let compared = self.middle.is_some() && (self.mean_period.is_some() || self.exposure_known);
-        let around = |sigma: f64| [(1.0 - PARAMS.exposure_reach * sigma).max(EXPOSURES[0]), 1.0 + PARAMS.exposure_reach * sigma];
-        compared.then(|| self.exposure_sigma.map_or(EXPOSURES, around))
+        compared.then(|| if self.exposure_sigma.is_some() { [1.0; 2] } else { EXPOSURES })
     }
 
     /// Whether the clusters are surfaces.

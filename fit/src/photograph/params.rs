@@ -25,9 +25,6 @@ pub struct PhotographParams {
     /// Most stray light of a held-out photograph, in these standard deviations over what is expected of it: the rest is an error of the
     /// prediction. Chosen, not measured.
     pub stray_light_reach: f64,
-    /// Bounds of the exposure of a close-up whose irradiance is known, in standard deviations. Chosen, not measured: 35 % at 5 % each for it and the
-    /// distant photograph, more than a stop's third.
-    pub exposure_reach: f64,
     /// Pixels about the object that are not beside it: its outline is blurred over them. Chosen, not measured.
     pub background_margin: usize,
     /// Degrees by which the light is moved for the derivative of the direction to it. Chosen, not measured: 1e-3 of a radian leaves
@@ -121,7 +118,6 @@ pub const PARAMS: PhotographParams = PhotographParams {
     stray_light: 0.04,
     stray_light_seen: [0.002, 0.4],
     stray_light_reach: 1.0,
-    exposure_reach: 5.0,
     background_margin: 3,
     nudge_deg: 0.05,
     finest_step: 0.012,

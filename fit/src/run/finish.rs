@@ -149,7 +149,7 @@ fn report(
         scale_of_colours::missing_interreflection(prepared, best, &small, &state.lights, options.seed, control)
     })?;
     if !identified.covariance.is_empty() {
-        let scale = ScaleOfColours::of(prepared, &model, &evaluated, missing);
+        let scale = ScaleOfColours::of(prepared, missing);
         identified.add_scale(scale.sigma, scale.assumed);
         notes.extend(scale.notes);
     }

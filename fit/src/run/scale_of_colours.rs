@@ -2,11 +2,8 @@
 
 use super::prepared::Prepared;
 use crate::fit_file::spec::USUAL_BOUNCES;
-use crate::residuals::equations::Evaluated;
 use crate::residuals::interreflection::trace_interreflection;
-use crate::residuals::model::Model;
 use crate::residuals::near_interreflection::PathOptions;
-use crate::residuals::unknowns::UnknownKind;
 use crate::search::Start;
 use biscale::error::Result;
 use biscale::filter::Control;
@@ -29,14 +26,13 @@ pub(super) struct ScaleOfColours {
 }
 
 impl ScaleOfColours {
-    /// It is that of the distant photographs' irradiance. Where the close-up has another one than its file says, either may be wrong. `missing` is
+    /// It is that of the distant photographs' irradiance, and of the close-up's where that is held as well. `missing` is
     /// the relative light of reflections that the fit leaves out, `None` where there was no time for it.
-    pub(super) fn of(prepared: &Prepared<'_>, model: &Model<'_>, evaluated: &Evaluated, missing: Option<f64>) -> Self {
+    pub(super) fn of(prepared: &Prepared<'_>, missing: Option<f64>) -> Self {
         let stated = prepared.distant[0];
-        let exposure = model.unknowns.iter().position(|u| u.kind == UnknownKind::Exposure).map_or(1.0, |k| evaluated.linear[k]);
-        let both_known = prepared.close_up.as_ref().is_some_and(|found| found.exposure_sigma.is_some());
-        let disagreement = if both_known { exposure - 1.0 } else { 0.0 };
-        let sigma = if stated.exposure_known { stated.irradiance_sigma().hypot(disagreement) } else { UNKNOWN };
+        // Colours answer to either of the two irradiances.
+        let with_near = prepared.close_up.as_ref().and_then(|found| found.exposure_sigma);
+        let sigma = if stated.exposure_known { with_near.unwrap_or_else(|| stated.irradiance_sigma()) } else { UNKNOWN };
         let left_out = missing.filter(|share| *share > TOLD);
         let notes = left_out.map(|share| {
             format!(
