@@ -32,7 +32,7 @@ fn a_shoot_becomes_a_material() {
     assert!(said.status == 1 && said.stderr.contains("does not explain the close-up"), "{}{}", said.stdout, said.stderr);
     let fit: Value = serde_json::from_str(&folder.read("fitted/fit.json")).unwrap();
     assert_eq!(fit["verdict"], "fail", "{fit}");
-    assert!(fit["training"]["relative_rms"].as_f64().unwrap() < 0.03, "{}", fit["training"]);
+    assert!(fit["training"]["relative_rms"].as_f64().unwrap() < 0.05, "{}", fit["training"]);
     // The held-out photograph has no checker of its own.
     assert!(fit["validation"][0]["exposure"].is_number(), "{}", fit["validation"]);
     let value = |name: &str| fit["unknowns"].as_array().unwrap().iter().find(|u| u["name"] == name).unwrap()["value"].as_f64().unwrap();

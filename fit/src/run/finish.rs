@@ -171,7 +171,7 @@ fn report(
     if !several.is_empty() {
         notes.push(format!("several solutions: {} other minima fit as well as the best one", several.len()));
     }
-    notes.splice(0..0, nuisances::notes(prepared, &identified.known));
+    notes.splice(0..0, nuisances::notes(&identified.known));
     notes.extend(identified.known.iter().filter_map(note_of));
     let pixels: Vec<(String, f64)> = compared.iter().map(|c| (c.photograph.name(), c.pixel_relative_rms)).collect();
     let near = prepared.close_up.as_ref().and_then(|found| NearComparison::of(found, &model, &evaluated));
