@@ -1,6 +1,6 @@
 //! From file values to values that are proportional to light.
 
-use crate::photo::{Photo, PlanarImage, Samples};
+use crate::photo::{self, Photo, PlanarImage, Samples};
 use crate::shoot::{CameraSpec, SATURATION};
 use biscale::numerics::cast::{narrow, truncate_usize};
 use biscale::numerics::colour::srgb_to_linear;
@@ -53,7 +53,7 @@ pub fn why_not_linear(photo: &Photo, camera: &CameraSpec, assume_srgb: bool) -> 
 
 /// Whether its values are to be decoded by the sRGB curve, once the user allowed that.
 pub fn is_srgb(photo: &Photo, camera: &CameraSpec) -> bool {
-    !camera.linear && matches!(photo.samples, Samples::Integer(bits) if bits <= 8 || photo.metadata.tone_curve.is_some())
+    !camera.linear && photo::is_encoded(photo.samples, &photo.metadata)
 }
 
 /// Sensor values of a photograph: the tone curve undone, black taken off, full scale 1.
@@ -165,15 +165,7 @@ mod tests {
     use crate::metadata::Metadata;
 
     fn camera() -> CameraSpec {
-        CameraSpec {
-            given: None,
-            black: 0.1,
-            saturation: None,
-            linear: false,
-            full_well_e: None,
-            read_noise_e: None,
-            flat: crate::shoot::FlatMethod::Radial,
-        }
+        CameraSpec { black: 0.1, ..CameraSpec::default() }
     }
 
     fn one(values: &[f32]) -> PlanarImage {

@@ -39,6 +39,11 @@ pub struct Photo {
     pub metadata: Metadata,
 }
 
+/// Whether values have a tone curve: those of 8 bits always do, others where the file says so.
+pub fn is_encoded(samples: Samples, metadata: &Metadata) -> bool {
+    matches!(samples, Samples::Integer(bits) if bits <= 8 || metadata.tone_curve.is_some())
+}
+
 /// Endings of camera raw files: no decoder is built in.
 const RAW: [&str; 29] = [
     "cr2", "cr3", "crw", "nef", "nrw", "arw", "sr2", "srf", "raf", "orf", "rw2", "rwl", "dng", "gpr", "pef", "srw", "x3f", "3fr", "fff",

@@ -4,8 +4,8 @@
 //! picture; nothing is said of them but that.
 
 use crate::linear;
-use crate::photo::{self, Samples};
-use crate::shoot::{CameraSpec, FlatMethod};
+use crate::photo;
+use crate::shoot::CameraSpec;
 use crate::weave::{self, Analysis, FindingCode, MaterialGuesses, Measured, Profile, RectifiedPhoto, Relief, Weave, WeaveOptions};
 use biscale::error::Result;
 use biscale::numerics::cast::truncate_usize;
@@ -41,16 +41,8 @@ const NEVER: [(&str, &str); 5] = [
 /// A file that cannot be read, or is too small.
 pub fn look(file: &Path, options: &WeaveOptions) -> Result<Single> {
     let photo = photo::read(file)?;
-    let encoded = matches!(photo.samples, Samples::Integer(bits) if bits <= 8 || photo.metadata.tone_curve.is_some());
-    let camera = CameraSpec {
-        given: None,
-        black: 0.0,
-        saturation: None,
-        linear: false,
-        full_well_e: None,
-        read_noise_e: None,
-        flat: FlatMethod::Radial,
-    };
+    let encoded = photo::is_encoded(photo.samples, &photo.metadata);
+    let camera = CameraSpec::default();
     let (picture, saturated) = linear::sensor(photo, &camera, encoded);
     let rgb: Vec<[f32; 3]> = (0..saturated.len()).map(|i| picture.planes.each_ref().map(|p| p[i])).collect();
     let good: Vec<bool> = saturated.iter().map(|s| !s).collect();

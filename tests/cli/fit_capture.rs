@@ -27,12 +27,16 @@ fn a_shoot_becomes_a_material() {
     folder.write("fit.toml", folder.read("fit.toml").replace("bounces = 4", "bounces = 0"));
     let checked = run(&["check", "fit.toml"]);
     assert!(checked.stdout.contains("warp_width") && checked.stdout.contains("period"), "{}", checked.stdout);
-    // It is flat, and no cloth: from near it is not explained, and said so.
     let said = folder.run(["fit", "fit.toml", "-o", "fitted", "--starts", "3", "--quiet"]);
-    assert!(said.status == 1 && said.stderr.contains("does not explain the close-up"), "{}{}", said.stdout, said.stderr);
+    // So it is no cloth from near; and from as near as the distant photograph is, its threads show one by one.
+    for words in ["distant.exr is not from afar", "does not explain the close-up"] {
+        assert!(said.status == 1 && said.stderr.contains(words), "{words}: {}{}", said.stdout, said.stderr);
+    }
     let fit: Value = serde_json::from_str(&folder.read("fitted/fit.json")).unwrap();
     assert_eq!(fit["verdict"], "fail", "{fit}");
-    assert!(fit["training"]["relative_rms"].as_f64().unwrap() < 0.05, "{}", fit["training"]);
+    let failures = fit["failures"].to_string();
+    assert!(!failures.contains("does not explain the distant photographs") && !failures.contains("is not predicted"), "{failures}");
+    assert!(fit["training"]["relative_rms"].as_f64().unwrap() < 0.03, "{}", fit["training"]);
     // The held-out photograph has no checker of its own.
     assert!(fit["validation"][0]["exposure"].is_number(), "{}", fit["validation"]);
     let value = |name: &str| fit["unknowns"].as_array().unwrap().iter().find(|u| u["name"] == name).unwrap()["value"].as_f64().unwrap();

@@ -73,15 +73,7 @@ impl Shoot {
 }
 
 fn camera(table: Option<TableReader<'_>>) -> Result<CameraSpec> {
-    let default = CameraSpec {
-        given: None,
-        black: 0.0,
-        saturation: None,
-        linear: false,
-        full_well_e: None,
-        read_noise_e: None,
-        flat: FlatMethod::Radial,
-    };
+    let default = CameraSpec::default();
     let Some(t) = table else { return Ok(default) };
     let pixels = range(1.0, 1e6);
     let focal_px = match t.f64("focal_px", pixels) {

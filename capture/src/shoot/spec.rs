@@ -46,6 +46,13 @@ pub struct CameraSpec {
     pub flat: FlatMethod,
 }
 
+impl Default for CameraSpec {
+    /// One of which nothing is known.
+    fn default() -> Self {
+        Self { given: None, black: 0.0, saturation: None, linear: false, full_well_e: None, read_noise_e: None, flat: FlatMethod::Radial }
+    }
+}
+
 /// Share of the full scale from which on a pixel counts as saturated.
 pub const SATURATION: f64 = 0.98;
 

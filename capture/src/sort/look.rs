@@ -10,7 +10,7 @@ use crate::light;
 use crate::linear;
 use crate::metadata::Metadata;
 use crate::photo::{self, PlanarImage, Samples};
-use crate::shoot::{CameraSpec, FlatMethod};
+use crate::shoot::CameraSpec;
 use crate::vision::board::{DetectedBoard, detect};
 use crate::vision::markers::other_family;
 use crate::vision::{GreyImage8, Luminance, checker, circle};
@@ -120,7 +120,7 @@ impl Seen {
 
     /// Whether its values have a tone curve.
     pub fn is_encoded(&self) -> bool {
-        is_encoded(self.samples, &self.metadata)
+        photo::is_encoded(self.samples, &self.metadata)
     }
 
     /// Light that a value of 1 stands for, relative; `None` where the file tells no time.
@@ -128,10 +128,6 @@ impl Seen {
         let m = &self.metadata;
         Some(m.seconds? * m.iso.unwrap_or(100.0) / m.f_number.unwrap_or(1.0).powi(2))
     }
-}
-
-fn is_encoded(samples: Samples, metadata: &Metadata) -> bool {
-    matches!(samples, Samples::Integer(bits) if bits <= 8 || metadata.tone_curve.is_some())
 }
 
 /// Looks at a photograph; what cannot be read is told in words.
@@ -142,19 +138,11 @@ pub(super) fn look(file: &Path, kit: &Kit) -> Result<Result<Seen, String>> {
         Err(other) => return Err(other),
     };
     let (samples, metadata) = (photo.samples, photo.metadata.clone());
-    let encoded = is_encoded(samples, &metadata);
+    let encoded = photo::is_encoded(samples, &metadata);
     let size = (photo.picture.width, photo.picture.height);
     let grey = GreyImage8::of(&photo.picture, encoded);
     let small = blocks(&grey);
-    let camera = CameraSpec {
-        given: None,
-        black: 0.0,
-        saturation: None,
-        linear: false,
-        full_well_e: None,
-        read_noise_e: None,
-        flat: FlatMethod::Radial,
-    };
+    let camera = CameraSpec::default();
     let even = is_even(&photo.picture, encoded, samples);
     let (linear, saturated) = linear::sensor(photo, &camera, encoded);
     let subject = if even { Subject::Even } else { subject(&grey, &linear, &saturated, kit)? };

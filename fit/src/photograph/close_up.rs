@@ -112,7 +112,7 @@ pub struct Blur {
     pub length: f64,
 }
 
-/// Bounds of an exposure that nobody knows.
+/// Bounds of an exposure.
 const EXPOSURES: [f64; 2] = [1e-2, 1e2];
 
 /// Parts of the picture along either direction whose angles are told apart.
@@ -247,11 +247,10 @@ impl CloseUp {
     }
 
     /// Bounds of its exposure, the given irradiance over the true one, which is found with the colours; `None` where its radiance is not
-    /// compared, but only the cover of its surfaces. One that is known is held: where a material explains the close-up badly, residuals that are
-    /// a share of the exposure would make it small.
+    /// compared, but only the cover of its surfaces.
     pub fn exposures(&self) -> Option<[f64; 2]> {
         let compared = self.middle.is_some() && (self.mean_period.is_some() || self.exposure_known);
-        compared.then(|| if self.exposure_sigma.is_some() { [1.0; 2] } else { EXPOSURES })
+        compared.then_some(EXPOSURES)
     }
 
     /// Whether the clusters are surfaces.

@@ -24,12 +24,12 @@ pub enum Comparison<'a> {
     ClustersBySurface,
     /// Its colour clusters, where the model's pixels are clustered as well, with these linear unknowns.
     ClustersByColour(&'a [f64]),
-    /// Its mean period, which begins at `shift` periods of the model's, at about this exposure.
+    /// Its mean period, which begins at `shift` periods of the model's.
     MeanPeriod {
         /// Along x and y, in periods.
         shift: [f64; 2],
-        /// Scales the standard deviations.
-        exposure: f64,
+        /// The linear unknowns of the solution before, if there is one: see [`exposed`].
+        before: Option<&'a [f64]>,
     },
 }
 
@@ -71,9 +71,9 @@ impl ResidualBlock for CloseUpResiduals<'_> {
             Comparison::WholeLight => self.add_whole_light(basis, equations),
             Comparison::ClustersBySurface => self.add_clusters(None, basis, equations),
             Comparison::ClustersByColour(guess) => self.add_clusters(Some(guess), basis, equations),
-            Comparison::MeanPeriod { shift, exposure } => {
+            Comparison::MeanPeriod { shift, before } => {
                 if let Some(mean) = &self.close_up.mean_period {
-                    self.add_mean_period(mean, (shift, exposure), basis, equations);
+                    self.add_mean_period(mean, (shift, before), basis, equations);
                 }
             }
         }
@@ -94,7 +94,7 @@ impl CloseUpResiduals<'_> {
             let known = known + close_up.irradiance[c] * self.interreflection.whole[c];
             let sigma = self.sigma(PARAMS.cluster_light) * spread(light, c);
             let row = Row { terms, known, value: light[c], sigma, weight: 1.0 };
-            equations.rows.push((as_exposed(row, (c, 1.0), basis), Origin::CloseUp));
+            equations.rows.push((self.exposed(row, (c, 1.0), None, basis), Origin::CloseUp));
         }
     }
 
@@ -119,19 +119,18 @@ impl CloseUpResiduals<'_> {
                 let sigma = self.sigma(PARAMS.cluster_light) * spread(cluster.light, c);
                 let row = Row { terms, known: known + interreflection[c], value: cluster.light[c], sigma, weight: 1.0 };
                 // Light is a sum over the cluster's pixels, over the number of all.
-                equations.rows.push((as_exposed(row, (c, cluster.cover), basis), Origin::CloseUp));
+                equations.rows.push((self.exposed(row, (c, cluster.cover), guess, basis), Origin::CloseUp));
             }
             let radiance = interreflection.map(|i| i / cluster.cover.max(PARAMS.least_cover));
-            self.add_tones(cluster, part, radiance, basis, equations);
+            self.add_tones((cluster, part, radiance), guess, basis, equations);
         }
     }
 
     /// The tones of a colour cluster, to whose radiance `interreflection` is added.
     fn add_tones(
         &self,
-        cluster: &ColourCluster,
-        part: &ClusterView,
-        interreflection: [f64; 3],
+        (cluster, part, interreflection): (&ColourCluster, &ClusterView, [f64; 3]),
+        guess: Option<&[f64]>,
         basis: &ColourBasis<'_>,
         equations: &mut Equations,
     ) {
@@ -140,13 +139,19 @@ impl CloseUpResiduals<'_> {
                 let (terms, known) = basis.terms(|slot| self.close_up.irradiance[c] * part.tones[slot][b][c], c);
                 let sigma = self.sigma(PARAMS.cluster_tone) * spread(*tone, c);
                 let row = Row { terms, known: known + interreflection[c], value: tone[c], sigma, weight: PARAMS.tone_weight };
-                equations.rows.push((as_exposed(row, (c, 1.0), basis), Origin::CloseUp));
+                equations.rows.push((self.exposed(row, (c, 1.0), guess, basis), Origin::CloseUp));
             }
         }
     }
 
     /// The mean period, place by place.
-    fn add_mean_period(&self, mean: &MeanPeriod, (shift, exposure): ([f64; 2], f64), basis: &ColourBasis<'_>, equations: &mut Equations) {
+    fn add_mean_period(
+        &self,
+        mean: &MeanPeriod,
+        (shift, before): ([f64; 2], Option<&[f64]>),
+        basis: &ColourBasis<'_>,
+        equations: &mut Equations,
+    ) {
         let irradiance = self.close_up.irradiance;
         let windows = Windows::new(self.view.size, mean.size, shift);
         let shares: Vec<Vec<[f64; 3]>> = self.view.basis.iter().map(|s| windows.of(s)).collect();
@@ -159,30 +164,43 @@ impl CloseUpResiduals<'_> {
                 let (terms, known) = basis.terms(|slot| irradiance[c] * shares[slot][place][c], c);
                 let known = known + interreflection.get(place).map_or(0.0, |i| irradiance[c] * i[c]);
                 let weight = if mean.count[place] > 0.0 { weight } else { 0.0 };
-                let sigma = exposure * self.doubt * sigma[c].hypot(self.interreflection.sigma * value[c]);
+                let sigma = self.doubt * sigma[c].hypot(self.interreflection.sigma * value[c]);
                 let row = Row { terms, known, value: value[c], sigma, weight };
-                equations.rows.push((as_exposed(row, (c, 1.0), basis), Origin::CloseUp));
+                equations.rows.push((self.exposed(row, (c, 1.0), before, basis), Origin::CloseUp));
             }
         }
+    }
+
+    /// A row of the model's light `M`, with the stray light `V` of the close-up, of which it has a share of a channel, and its exposure `e`: what is
+    /// seen is `(M + V) / e`. About the solution `before` that is linear in all of them, `(M + V) / e0 - (M0 + V0) (e - e0) / e0²`. Where there
+    /// is none yet an exposure that is known stays as it is, and one that is not is found from `M + V = e value`: with that alone a close-up that
+    /// the material explains badly would be explained best by no light at all.
+    fn exposed(&self, mut row: Row, (channel, share): (usize, f64), before: Option<&[f64]>, basis: &ColourBasis<'_>) -> Row {
+        if let Some(offset) = basis.position(UnknownKind::StrayLight(Shot::CloseUp, channel)) {
+            row.terms.push((offset, share));
+        }
+        let Some(exposure) = basis.position(UnknownKind::Exposure) else { return row };
+        match before {
+            Some(before) => {
+                let own = before[exposure];
+                let light = row.known + row.terms.iter().map(|&(k, a)| a * before[k]).sum::<f64>();
+                row.terms.iter_mut().for_each(|(_, a)| *a /= own);
+                row.terms.push((exposure, -light / (own * own)));
+                row.known = (row.known + light) / own;
+            }
+            None if self.close_up.exposure_sigma.is_none() => {
+                row.terms.push((exposure, -row.value));
+                row.value = 0.0;
+            }
+            None => {}
+        }
+        row
     }
 
     /// The one of two relative standard deviations that holds: in direct light, or with interreflections.
     fn sigma(&self, [direct, traced]: [f64; 2]) -> f64 {
         if self.interreflection.traced { traced } else { direct }
     }
-}
-
-/// A row with the stray light of the close-up, of which it has a share of a channel, and with its exposure: what is seen is known up to that,
-/// and belongs on the left with it.
-fn as_exposed(mut row: Row, (channel, share): (usize, f64), basis: &ColourBasis<'_>) -> Row {
-    if let Some(offset) = basis.position(UnknownKind::StrayLight(Shot::CloseUp, channel)) {
-        row.terms.push((offset, share));
-    }
-    if let Some(exposure) = basis.position(UnknownKind::Exposure) {
-        row.terms.push((exposure, -row.value));
-        row.value = 0.0;
-    }
-    row
 }
 
 /// The size that a channel's standard deviation is a share of.
@@ -239,7 +257,7 @@ mod tests {
         let view = view(&grooves);
         let close_up = close_up(&grooves, &view, 1.0);
         let solved = |shift| {
-            let found = equations(&grooves, &close_up, &view, Comparison::MeanPeriod { shift, exposure: 1.0 });
+            let found = equations(&grooves, &close_up, &view, Comparison::MeanPeriod { shift, before: None });
             assert!(found.rows.len() == 36 && found.fixed.is_empty());
             assert!((found.rows[0].0.sigma - 1.5 * 0.02).abs() < 1e-15 && found.rows[15].0.weight == 0.0);
             solve(found, &[0.0; 3], &[1.0; 3])
@@ -257,9 +275,37 @@ mod tests {
         let view = view(&grooves);
         grooves.unknowns.push(Unknown { name: "exposure".into(), kind: UnknownKind::Exposure, bounds: [1e-2, 1e2] });
         let close_up = close_up(&grooves, &view, 1.7);
-        let found = equations(&grooves, &close_up, &view, Comparison::MeanPeriod { shift: SHIFT, exposure: 1.0 });
+        let found = equations(&grooves, &close_up, &view, Comparison::MeanPeriod { shift: SHIFT, before: None });
         let found = solve(found, &[0.0, 0.0, 0.0, 1e-2], &[1.0, 1.0, 1.0, 1e2]);
         assert!((found.linear[3] - 1.7).abs() < 1e-5 && (found.linear[2] - 0.5).abs() < 1e-5, "{:?}", found.linear);
+    }
+
+    #[test]
+    fn an_exposure_is_found_about_a_solution_and_never_as_no_light_at_all() {
+        let mut grooves = Grooves::new();
+        let view = view(&grooves);
+        grooves.unknowns.push(Unknown { name: "exposure".into(), kind: UnknownKind::Exposure, bounds: [1e-2, 1e2] });
+        let solved = |close_up: &CloseUp| {
+            let mut linear = vec![0.1, 0.2, 0.5, 1.0];
+            for _ in 0..4 {
+                let comparison = Comparison::MeanPeriod { shift: SHIFT, before: Some(&linear) };
+                let mut found = equations(&grooves, close_up, &view, comparison);
+                // Distant photographs hold the colours.
+                let held =
+                    |(k, value): (usize, f64)| (Row { terms: vec![(k, 1.0)], known: 0.0, value, sigma: 0.01, weight: 1.0 }, Origin::Prior);
+                found.rows.extend([0.1, 0.2, 0.5].into_iter().enumerate().map(held));
+                linear = solve(found, &[0.0, 0.0, 0.0, 1e-2], &[1.0, 1.0, 1.0, 1e2]).linear;
+            }
+            linear
+        };
+        let right = solved(&close_up(&grooves, &view, 1.7));
+        assert!((right[3] - 1.7).abs() < 1e-3 && (right[2] - 0.5).abs() < 1e-3, "{right:?}");
+        // One of something else, of the same mean light.
+        let mut other = close_up(&grooves, &view, 1.0);
+        let mean = other.mean_period.as_mut().unwrap();
+        mean.mean.reverse();
+        let found = solved(&other);
+        assert!((0.5..2.0).contains(&found[3]), "{found:?}");
     }
 
     #[test]

@@ -225,14 +225,13 @@ impl<'a> Model<'a> {
         held: Option<&[f64]>,
     ) -> Option<Evaluated> {
         let basis = self.basis(&seen.small);
-        let solved = |shift, exposure| self.solve(seen, Comparison::MeanPeriod { shift, exposure }, bounds);
-        let exposure = held.map_or(1.0, |held| basis.exposure(held));
+        let solved = |shift: [f64; 2], before: Option<&[f64]>| self.solve(seen, Comparison::MeanPeriod { shift, before }, bounds);
         let shifts = near.coarse_shifts(view, seen.small.surfaces.len()).into_iter();
-        let candidates = shifts.map(|shift| (solved(shift, exposure), shift));
+        let candidates = shifts.map(|shift| (solved(shift, held), shift));
         let (mut found, mut shift) = candidates.min_by(|a, b| a.0.objective.total_cmp(&b.0.objective))?;
         for _ in 0..PARAMS.registrations {
             shift = near.refined_shift(view, &basis, &found.linear, shift);
-            found = solved(shift, basis.exposure(&found.linear));
+            found = solved(shift, Some(&found.linear));
             if held.is_some() {
                 break;
             }
@@ -275,7 +274,7 @@ impl<'a> Model<'a> {
             state: &seen.state,
             photographs: self.input.photographs,
             close_up: self.input.close_up,
-            exposure: if let Comparison::MeanPeriod { exposure, .. } = comparison { exposure } else { 1.0 },
+            exposure: if let Comparison::MeanPeriod { before: Some(before), .. } = comparison { basis.exposure(before) } else { 1.0 },
         };
         let blocks = [Some(&distant as &dyn ResidualBlock), close_up.as_ref().map(|block| block as &dyn ResidualBlock), Some(&priors)];
         let mut equations = Equations::default();

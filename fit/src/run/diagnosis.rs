@@ -164,7 +164,7 @@ fn from(prepared: &Prepared<'_>, options: &Options, start: &Start, variant: &Var
     let found = descend(&model, &start.point, LIMITS, &Plain { model: &model, control })?;
     let Some(evaluated) = model.evaluate(&found.point, control)? else { return Ok(None) };
     let close_up = prepared.close_up.as_ref();
-    let near = close_up.and_then(|close_up| NearComparison::of(close_up, &model, &evaluated)).map(|near| near.relative_rms);
+    let near = close_up.and_then(|close_up| NearComparison::of(close_up, &evaluated)).map(|near| near.relative_rms);
     let training = evaluated.relative_rms(&prepared.fine);
     let repeats = close_up.is_none_or(|close_up| close_up.other_periods.is_none());
     Ok(Some(Explained {

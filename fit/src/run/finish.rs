@@ -149,7 +149,7 @@ fn report(
         scale_of_colours::missing_interreflection(prepared, best, &small, &state.lights, options.seed, control)
     })?;
     if !identified.covariance.is_empty() {
-        let scale = ScaleOfColours::of(prepared, missing);
+        let scale = ScaleOfColours::of(prepared, &identified, missing);
         identified.add_scale(scale.sigma, scale.assumed);
         notes.extend(scale.notes);
     }
@@ -171,10 +171,10 @@ fn report(
     if !several.is_empty() {
         notes.push(format!("several solutions: {} other minima fit as well as the best one", several.len()));
     }
-    notes.splice(0..0, nuisances::notes(&identified.known));
+    notes.splice(0..0, nuisances::notes(prepared, &identified.known));
     notes.extend(identified.known.iter().filter_map(note_of));
     let pixels: Vec<(String, f64)> = compared.iter().map(|c| (c.photograph.name(), c.pixel_relative_rms)).collect();
-    let near = prepared.close_up.as_ref().and_then(|found| NearComparison::of(found, &model, &evaluated));
+    let near = prepared.close_up.as_ref().and_then(|found| NearComparison::of(found, &evaluated));
     let failures = gates::failures(&Judged {
         objective: starts[0].objective,
         training,

@@ -5,6 +5,7 @@ use crate::fit_file::spec::USUAL_BOUNCES;
 use crate::residuals::interreflection::trace_interreflection;
 use crate::residuals::near_interreflection::PathOptions;
 use crate::search::Start;
+use crate::uncertainty::identify::Identified;
 use biscale::error::Result;
 use biscale::filter::Control;
 use biscale::material::SmallScale;
@@ -26,13 +27,14 @@ pub(super) struct ScaleOfColours {
 }
 
 impl ScaleOfColours {
-    /// It is that of the distant photographs' irradiance, and of the close-up's where that is held as well. `missing` is
+    /// It is that of the distant photographs' irradiance. Where the close-up has another one than its file says, either may be wrong. `missing` is
     /// the relative light of reflections that the fit leaves out, `None` where there was no time for it.
-    pub(super) fn of(prepared: &Prepared<'_>, missing: Option<f64>) -> Self {
+    pub(super) fn of(prepared: &Prepared<'_>, identified: &Identified, missing: Option<f64>) -> Self {
         let stated = prepared.distant[0];
-        // Colours answer to either of the two irradiances.
-        let with_near = prepared.close_up.as_ref().and_then(|found| found.exposure_sigma);
-        let sigma = if stated.exposure_known { with_near.unwrap_or_else(|| stated.irradiance_sigma()) } else { UNKNOWN };
+        let both_known = prepared.close_up.as_ref().is_some_and(|found| found.exposure_sigma.is_some());
+        let exposure = identified.known.iter().find(|k| k.kind == "exposure" && both_known);
+        let disagreement = exposure.map_or(0.0, |k| k.value - 1.0);
+        let sigma = if stated.exposure_known { stated.irradiance_sigma().hypot(disagreement) } else { UNKNOWN };
         let left_out = missing.filter(|share| *share > TOLD);
         let notes = left_out.map(|share| {
             format!(

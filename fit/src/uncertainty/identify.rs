@@ -267,9 +267,7 @@ fn known_linear(model: &Model<'_>, best: &Evaluated, k: usize, range: f64, held:
         UnknownKind::Exposure => ("exposure", unknown.bounds),
     };
     let known = Known::of(best.linear[k], bounds);
-    // What is held by equal bounds lies on none.
-    let at_bound = held && bounds[1] > bounds[0];
-    Known { name: unknown.name.clone(), at_bound, kind, scale: range, ..known }
+    Known { name: unknown.name.clone(), at_bound: held, kind, scale: range, ..known }
 }
 
 /// Ranges of all unknowns in the units of the derivatives: of the box for the search; a colour cannot be more than all, stray light than the picture; an

@@ -2,8 +2,6 @@
 
 use crate::photograph::close_up::CloseUp;
 use crate::residuals::equations::{Evaluated, Origin};
-use crate::residuals::model::Model;
-use crate::residuals::unknowns::UnknownKind;
 
 /// What the close-up shows, and what the material shows there.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -20,19 +18,15 @@ pub struct NearComparison {
 
 impl NearComparison {
     /// Of an evaluation; `None` where the light of the close-up is not compared.
-    pub fn of(close_up: &CloseUp, model: &Model<'_>, evaluated: &Evaluated) -> Option<Self> {
-        let scales = model.unknowns.iter().position(|u| u.kind == UnknownKind::Exposure);
-        let exposure = scales.map_or(1.0, |k| evaluated.linear[k]);
+    pub fn of(close_up: &CloseUp, evaluated: &Evaluated) -> Option<Self> {
         let mut found = Self { size: close_up.mean_period.as_ref().map(|mean| mean.size), ..Self::default() };
         let (mut difference, mut energy) = (0.0, 0.0);
         for rows in evaluated.rows.iter().filter(|(_, origin)| *origin == Origin::CloseUp).collect::<Vec<_>>().chunks_exact(3) {
             let (mut seen, mut shown) = ([0.0; 3], [0.0; 3]);
             for (c, (row, _)) in rows.iter().enumerate() {
-                // Where the exposure is found, what is seen stands beside it.
-                let on_left = scales.and_then(|k| row.terms.iter().find(|(i, _)| *i == k)).map(|(_, a)| -a);
-                seen[c] = on_left.unwrap_or(row.value);
-                let off = evaluated.residual(row) * row.sigma / exposure;
-                shown[c] = seen[c] + off;
+                let off = evaluated.residual(row) * row.sigma;
+                seen[c] = row.value;
+                shown[c] = row.value + off;
                 difference += row.weight * off * off;
                 energy += row.weight * seen[c] * seen[c];
             }
