@@ -28,7 +28,7 @@ pub enum Comparison<'a> {
     MeanPeriod {
         /// Along x and y, in periods.
         shift: [f64; 2],
-        /// The linear unknowns of the solution before, if there is one: see [`exposed`].
+        /// The linear unknowns of the solution before, if there is one: see [`CloseUpResiduals::exposed`].
         before: Option<&'a [f64]>,
     },
 }
