@@ -75,6 +75,14 @@ fn stray_light_in_the_close_up_is_found() {
 }
 
 #[test]
+fn a_lamp_nearby_is_no_fault_where_its_place_is_known() {
+    let (outcome, truths) = fitted("lamp 2 widths away, said");
+    assert!(outcome.failures.is_empty(), "{:?}", outcome.failures);
+    is_right(&outcome, &truths);
+    assert!(!says(&outcome, "check this light"), "{:?}", outcome.notes);
+}
+
+#[test]
 fn light_that_is_reflected_more_than_once_is_missed_where_the_fit_file_leaves_it_out() {
     let (outcome, _) = fitted("no bounces said");
     fails(&outcome, "is not predicted", "write `bounces = 4`");

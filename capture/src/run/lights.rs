@@ -102,8 +102,8 @@ impl Session<'_> {
         let uneven = ((distance + reach) / nearest).powi(2) - 1.0;
         let turn = (reach / distance).min(1.0).asin().to_degrees();
         let bad = format!(
-            "light \"{name}\": its lamp is {distance:.0} mm away, so that its light differs by up to this over the sample, and its direction by up to {turn:.1} degrees; a fit takes it as \
-             far away: move it away, or fit a small part"
+            "light \"{name}\": its lamp is {distance:.0} mm away, so that its light differs by up to this over the sample, and its direction by up to {turn:.1} degrees; a fit \
+             reckons with that as far as the place is known: move the lamp away, or measure where it stands"
         );
         let reading = Reading::of_shoot(uneven, "nearest over farthest place, less 1");
         self.checks.limit(CheckCode::UnevenLight, reading, UNEVEN, &format!("light \"{name}\": its lamp is far enough away"), &bad);

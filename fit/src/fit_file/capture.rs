@@ -88,13 +88,14 @@ impl CaptureReader<'_> {
         let Some(to_light) = DVec3::from(light.direction).try_normalize() else {
             return Err(self.bad(format!("the light \"{}\" has no direction", light.name), "capture again"));
         };
+        let irradiance = light.irradiance_rgb.unwrap_or([PI; 3]);
         let own_sigma = if light.sigma_deg > 0.0 { light.sigma_deg.max(LEAST_SIGMA_DEG) } else { LIGHT_SIGMA_DEG };
         Ok(Photograph {
             file,
             role,
             image,
             camera: pinhole(self.camera(shot), pose),
-            light: Light::Directional { to_light, irradiance: light.irradiance_rgb.unwrap_or([PI; 3]) },
+            light: light_of(to_light, irradiance, light.position_mm.map(DVec3::from)),
             light_sigma_deg: self.sigma.unwrap_or(own_sigma),
             exposure_known: light.irradiance_rgb.is_some(),
             stated_irradiance_sigma: None,
@@ -113,6 +114,14 @@ impl CaptureReader<'_> {
             return Err(self.bad(problem, "capture again"));
         }
         Ok(image)
+    }
+}
+
+/// A lamp far away, or one that stands at `position` and gives its irradiance at the origin.
+fn light_of(to_light: DVec3, irradiance: [f64; 3], position: Option<DVec3>) -> Light {
+    match position {
+        Some(position) => Light::Point { position, intensity: irradiance.map(|e| e * position.length_squared()) },
+        None => Light::Directional { to_light, irradiance },
     }
 }
 
@@ -143,5 +152,20 @@ fn object(sample: &Sample) -> Object {
         two_sided: false,
         periods_per_unit: None,
         covering: Covering::default(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lamp_whose_place_is_known_shines_from_there_with_its_irradiance_at_the_origin() {
+        let to_light = DVec3::new(0.0, 0.6, 0.8);
+        assert_eq!(light_of(to_light, [2.0; 3], None), Light::Directional { to_light, irradiance: [2.0; 3] });
+        let lamp = light_of(to_light, [2.0, 3.0, 4.0], Some(500.0 * to_light));
+        let Light::Point { position, intensity } = lamp else { panic!("{lamp:?}") };
+        assert_eq!(position, DVec3::new(0.0, 300.0, 400.0));
+        assert_eq!(intensity.map(|i| i / 250_000.0), [2.0, 3.0, 4.0]);
     }
 }

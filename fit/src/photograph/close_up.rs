@@ -163,7 +163,10 @@ impl CloseUp {
         found.dark = Dark::of(photograph, sights);
         found.distance = used.iter().map(|s| photograph.camera.origin.distance(s.position) * s.wo.z).sum::<f64>() / n;
         found.irradiance = std::array::from_fn(|c| used.iter().map(|s| s.irradiance[c]).sum::<f64>() / n);
-        let pixels: Vec<[f64; 3]> = used.iter().map(|s| image.rgb[s.pixel as usize].map(|v| f64::from(v).max(0.0))).collect();
+        // As under a light that is the same everywhere: a lamp nearby is brighter on one side.
+        let even = |s: &Sight, c: usize| if s.irradiance[c] > 0.0 { found.irradiance[c] / s.irradiance[c] } else { 1.0 };
+        let pixel = |s: &&Sight| std::array::from_fn(|c| f64::from(image.rgb[s.pixel as usize][c]).max(0.0) * even(s, c));
+        let pixels: Vec<[f64; 3]> = used.iter().map(pixel).collect();
         let tile = TilePeriod { length: start.tile.period.to_array(), uniform };
         found.mean = std::array::from_fn(|c| pixels.iter().map(|p| p[c]).sum::<f64>() / n);
         found.other_periods = mean_period::other_periods(found.period, tile);

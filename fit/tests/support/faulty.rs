@@ -39,7 +39,7 @@ const fn of_photographs(name: &'static str, photographs: fn(Faults) -> Faults) -
 }
 
 /// The held-out photograph and the distant one change their files.
-fn swapped(tables: String) -> String {
+pub fn swapped(tables: String) -> String {
     tables.replace("\"b.exr\"", "\"-\"").replace("\"c.exr\"", "\"b.exr\"").replace("\"-\"", "\"c.exr\"")
 }
 
@@ -71,6 +71,8 @@ pub const FAULTS: &[Fault] = &[
     of_photographs("gamma 1.1", |f| Faults { gamma: 1.1, ..f }),
     of_photographs("gamma .45", |f| Faults { gamma: 0.45, ..f }),
     of_photographs("full at .7", |f| Faults { full_at: 0.7, ..f }),
+    of_photographs("lamp 2 widths away, said", |f| Faults { lamp: (2.0, true), ..f }),
+    of_photographs("lamp 8 widths away", |f| Faults { lamp: (8.0, false), ..f }),
     of_photographs("falloff .1", |f| Faults { falloff: 0.1, ..f }),
     Fault { name: "swapped", tables: swapped, ..NONE },
     Fault { name: "threads resolved", scene: |s| s.repeats = 24.0, ..NONE },

@@ -1,6 +1,7 @@
 //! Photographs of surfaces that are really there, by nothing of the fitter: rays to single threads and grooves, other triangles, other numbers at
 //! random; and what cameras do to them.
 
+pub mod drawn;
 pub mod faulty;
 pub mod question;
 pub mod rows;
@@ -61,6 +62,10 @@ pub struct Faults {
     pub full_at: f64,
     /// What the field of view is said to be over what it was.
     pub field_of_view: f64,
+    /// Distance of the lamp from the middle of what is photographed, in its widths; and whether the fit file says so.
+    pub lamp: (f64, bool),
+    /// Pixels across the close-up, and down.
+    pub near_pixels: u32,
     /// Radial distortion that nothing corrects: a place at the side of the picture is seen at `1 + distortion` times its distance from the middle.
     pub distortion: f64,
 }
@@ -83,6 +88,8 @@ pub const PERFECT: Faults = Faults {
     gamma: 1.0,
     full_at: 2.0,
     field_of_view: 1.0,
+    lamp: (f64::INFINITY, false),
+    near_pixels: 256,
     distortion: 0.0,
 };
 /// Those of a decent camera.
@@ -120,6 +127,16 @@ pub enum On {
     Plane { size: f64 },
 }
 
+impl On {
+    /// How wide it is.
+    fn width(self) -> f64 {
+        match self {
+            Self::Cylinder { .. } => 2.0,
+            Self::Plane { size } => size,
+        }
+    }
+}
+
 /// A material from the text of its file.
 pub fn material(text: &str) -> SmallScale {
     Material::parse(&Source { path: "truth.toml".into(), text: text.to_owned() }).unwrap().build().unwrap()
@@ -145,6 +162,7 @@ pub fn photograph(
 ) -> Picture {
     let bvh = PeriodicBvh::new(&small.tile).unwrap();
     let to_light = turned(to_light, faults.light_off_deg);
+    let lamp = on.width() * faults.lamp.0;
     let origin = DVec3::from(view.origin);
     let forward = (-origin).normalize();
     let right = forward.cross(DVec3::from(view.up)).normalize();
@@ -156,7 +174,13 @@ pub fn photograph(
         let bent = 1.0 + faults.distortion * (x * x + y * y);
         let (across, up) = (bent * x * half, bent * y * half);
         let d = (axes * DVec3::new(across, up, 1.0)).normalize();
-        let Some((frame, s, t)) = meet(on, origin, d) else { return DVec3::ZERO };
+        let Some((frame, place, [s, t])) = meet(on, origin, d) else { return DVec3::ZERO };
+        let (to_light, strength) = if lamp.is_finite() {
+            let away = lamp * to_light - place;
+            (away.normalize(), (lamp / away.length()).powi(2))
+        } else {
+            (to_light, 1.0)
+        };
         let (wo, wi) = (frame.transpose() * -d, frame.transpose() * to_light);
         if wi.z <= 0.0 || wo.z <= 0.0 {
             return DVec3::ZERO;
@@ -186,7 +210,7 @@ pub fn photograph(
             traced = bvh.trace(hit.position, on, Some(hit.triangle));
             viewer = -on;
         }
-        sum
+        strength * sum
     };
     let mut rgb: Vec<DVec3> = (0..w * h)
         .into_par_iter()
@@ -280,13 +304,13 @@ fn quantised(v: f64, top: f64, bits: Option<u32>) -> f64 {
     }
 }
 
-/// The frame of the tile where a ray meets the object, and the place there in the tile's lengths.
-fn meet(on: On, origin: DVec3, d: DVec3) -> Option<(DMat3, f64, f64)> {
+/// The frame of the tile where a ray meets the object, where that is, and the place there in the tile's lengths.
+fn meet(on: On, origin: DVec3, d: DVec3) -> Option<(DMat3, DVec3, [f64; 2])> {
     match on {
         On::Plane { size } => {
             let t = -origin.z / d.z;
             let p = origin + t * d;
-            (t > 0.0 && p.x.abs() < 0.5 * size && p.y.abs() < 0.5 * size).then_some((DMat3::IDENTITY, p.x, p.y))
+            (t > 0.0 && p.x.abs() < 0.5 * size && p.y.abs() < 0.5 * size).then_some((DMat3::IDENTITY, p, [p.x, p.y]))
         }
         On::Cylinder { height, scale } => {
             let (a, b, c) = (d.x * d.x + d.y * d.y, origin.x * d.x + origin.y * d.y, origin.x * origin.x + origin.y * origin.y - 1.0);
@@ -294,7 +318,8 @@ fn meet(on: On, origin: DVec3, d: DVec3) -> Option<(DMat3, f64, f64)> {
             let p = origin + (-b - root) / a * d;
             let n = DVec3::new(p.x, p.y, 0.0);
             let x = DVec3::new(-n.y, n.x, 0.0);
-            (b * b > a * c && p.z.abs() < 0.5 * height).then(|| (DMat3::from_cols(x, DVec3::Z, n), scale * n.x.atan2(-n.y), scale * p.z))
+            (b * b > a * c && p.z.abs() < 0.5 * height)
+                .then(|| (DMat3::from_cols(x, DVec3::Z, n), p, [scale * n.x.atan2(-n.y), scale * p.z]))
         }
     }
 }
@@ -356,7 +381,7 @@ pub fn set_under(
     let period = small.tile.period.x;
     let scale = repeats * period / (2.0 * PI);
     let size = 6.2 * period;
-    let near = View { origin: [0.0, -period, 22.0 * period], up: [0.0, 1.0, 0.0], fov_deg: 15.8, size: [256, 256] };
+    let near = View { origin: [0.0, -period, 22.0 * period], up: [0.0, 1.0, 0.0], fov_deg: 15.8, size: [faults.near_pixels; 2] };
     let cylinder = On::Cylinder { height: 1.55, scale };
     let vector = |v: [f64; 3]| format!("[{}, {}, {}]", v[0], v[1], v[2]);
     let camera = |v: View, table: &str| {
@@ -384,8 +409,14 @@ pub fn set_under(
             tables.push_str(&camera(near, "photograph.camera"));
             tables.push_str(&format!("[photograph.object]\nkind = \"plane\"\nsize = [{size}, {size}]\n"));
         }
-        let light = vector(lights[k]);
-        tables.push_str(&format!("[photograph.light]\ntype = \"directional\"\nto_light = {light}\nirradiance_rgb = {PI}\n"));
+        let lamp = faults.lamp.0 * if role == "close-up" { On::Plane { size } } else { cylinder }.width();
+        let light = if faults.lamp.1 {
+            let position = vector((lamp * DVec3::from(lights[k]).normalize()).into());
+            format!("type = \"point\"\nposition = {position}\nintensity_rgb = {}\n", PI * lamp * lamp)
+        } else {
+            format!("type = \"directional\"\nto_light = {}\nirradiance_rgb = {PI}\n", vector(lights[k]))
+        };
+        tables.push_str(&format!("[photograph.light]\n{light}"));
     }
     Set { tables }
 }

@@ -72,6 +72,19 @@ pub const GROOVES_MOVE: &str = "\n[[parameter]]\nkey = \"geometry.depth\"\nbound
      [[parameter]]\nkey = \"geometry.top_width\"\nbounds = [0.1, 0.6]\n[[colour]]\nkey = \"surface.floor.brdf.albedo\"\n\
      [[colour]]\nkey = \"surface.sides.brdf.albedo\"\n[[colour]]\nkey = \"surface.tops.brdf.albedo\"\n";
 
+/// Rods on the ground: radius, length and lean.
+pub fn rods([radius, length, lean]: [f64; 3], [of_rods, of_ground]: [&str; 2]) -> String {
+    format!(
+        "format = 1\n[geometry]\nkind = \"rods\"\nperiod = 1.0\ncount = 16\nradius = {radius}\nlength = {length}\nlean_deg = {lean}\nspread_deg = 10\n\
+         randomness = 0.5\n[[surface]]\npart = \"rods\"\nbrdf = {{ model = \"lambert\", albedo = {of_rods} }}\n[[surface]]\npart = \"ground\"\n\
+         brdf = {{ model = \"lambert\", albedo = {of_ground} }}\n"
+    )
+}
+
+/// What moves in rods.
+pub const RODS_MOVE: &str = "\n[[parameter]]\nkey = \"geometry.radius\"\nbounds = [0.03, 0.12]\n[[parameter]]\nkey = \"geometry.length\"\nbounds = [0.1, 0.7]\n\
+     [[parameter]]\nkey = \"geometry.lean_deg\"\nbounds = [0, 45]\n[[colour]]\nkey = \"surface.rods.brdf.albedo\"\n[[colour]]\nkey = \"surface.ground.brdf.albedo\"\n";
+
 /// Writes start material and fit file, and fits.
 pub fn run(folder: &Path, tables: &str, start: &str, moves: &str, options: &Options) -> Outcome {
     std::fs::write(folder.join("start.toml"), start).unwrap();

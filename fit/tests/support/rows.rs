@@ -35,10 +35,10 @@ pub fn truths<'a>(names: impl Iterator<Item = &'a str>, truth: &str) -> Vec<Opti
             name.split_once(' ').map_or((name, 0), |(k, c)| (k, ["red", "green", "blue"].iter().position(|n| *n == c).unwrap_or(9)));
         let path: Vec<&str> = key.split('.').collect();
         match path[..] {
-            ["geometry", key] => number(&root["geometry"][key], 0),
+            ["geometry", key] => root["geometry"].get(key).and_then(|item| number(item, 0)),
             ["surface", part, "brdf", key] => {
                 let surfaces = root["surface"].as_array_of_tables().unwrap();
-                let surface = surfaces.iter().find(|s| s["part"].as_str() == Some(part)).unwrap();
+                let surface = surfaces.iter().find(|s| s["part"].as_str() == Some(part))?;
                 number(&toml_edit::Item::Value(surface["brdf"].as_inline_table().unwrap()[key].clone()), channel)
             }
             _ => None,

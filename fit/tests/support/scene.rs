@@ -1,6 +1,6 @@
 //! Cloths and grooves to photograph and to fit: some by hand, and others drawn at random.
 
-use super::question::{GROOVES_MOVE, WEAVE_MOVES, grooves, run, weave};
+use super::question::{GROOVES_MOVE, RODS_MOVE, WEAVE_MOVES, grooves, rods, run, weave};
 use super::{Faults, LIGHTS, PERFECT, REAL, material, set_under};
 use biscale::numerics::random::Random;
 use biscale_fit::fit_file::spec::Spec;
@@ -111,14 +111,17 @@ pub fn drawn(count: u64, seed: u64) -> Vec<Scene> {
     (0..count).map(|k| if k % 4 == 3 { drawn_grooves(k, seed) } else { drawn_weave(k, seed) }).collect()
 }
 
-struct Draw(Random);
+/// Numbers at random.
+pub struct Draw(pub Random);
 
 impl Draw {
-    fn within(&mut self, low: f64, high: f64) -> f64 {
+    /// Between two bounds, uniform.
+    pub fn within(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.0.unit()
     }
 
-    fn log(&mut self, low: f64, high: f64) -> f64 {
+    /// Between two bounds, uniform in the logarithm.
+    pub fn log(&mut self, low: f64, high: f64) -> f64 {
         self.within(low.ln(), high.ln()).exp()
     }
 
@@ -184,7 +187,8 @@ fn greyer(colour: [f64; 3]) -> String {
     text(colour.map(|v| 0.2 + 0.4 * v))
 }
 
-fn drawn_weave(k: u64, seed: u64) -> Scene {
+/// A cloth.
+pub fn drawn_weave(k: u64, seed: u64) -> Scene {
     let mut draw = Draw(Random::new(1000 * seed + k));
     let [warp, weft] = [0; 2].map(|_| [draw.within(0.28, 0.47), draw.within(0.08, 0.19)]);
     let crimp = (0.5 * (warp[1] + weft[1]) * draw.within(0.8, 1.3)).clamp(0.06, 0.25);
@@ -204,7 +208,8 @@ fn drawn_weave(k: u64, seed: u64) -> Scene {
     }
 }
 
-fn drawn_grooves(k: u64, seed: u64) -> Scene {
+/// A print of grooves.
+pub fn drawn_grooves(k: u64, seed: u64) -> Scene {
     let mut draw = Draw(Random::new(1000 * seed + k));
     let (depth, floor) = (draw.log(0.12, 0.8), draw.within(0.2, 0.5));
     let top = draw.within(0.15, (0.85 - floor).min(0.5));
@@ -216,6 +221,25 @@ fn drawn_grooves(k: u64, seed: u64) -> Scene {
         truth: grooves(depth, floor, top, [&f, &s, &t]),
         start: grooves(0.3, 0.3, 0.3, [&gf, &gs, &gt]),
         moves: GROOVES_MOVE,
+        repeats: draw.within(200.0, 500.0).round(),
+        lights: draw.lights(),
+        faults: draw.faults(),
+        bounces: draw.bounces(),
+    }
+}
+
+/// Rods on the ground, whose places the fit file knows.
+pub fn drawn_rods(k: u64, seed: u64) -> Scene {
+    let mut draw = Draw(Random::new(1000 * seed + k));
+    let (radius, length, lean) = (draw.within(0.05, 0.09), draw.log(0.15, 0.5), draw.within(5.0, 30.0));
+    let colours = draw.colours(2);
+    let [rods_colour, ground] = [0, 1].map(|k| text(colours[k]));
+    let [gr, gg] = [0, 1].map(|k| greyer(colours[k]));
+    Scene {
+        name: format!("drawn {seed}.{k}, rods"),
+        truth: rods([radius, length, lean], [&rods_colour, &ground]),
+        start: rods([0.07, 0.3, 15.0], [&gr, &gg]),
+        moves: RODS_MOVE,
         repeats: draw.within(200.0, 500.0).round(),
         lights: draw.lights(),
         faults: draw.faults(),
