@@ -7,13 +7,15 @@
 #[allow(dead_code, reason = "not every test program uses all of it")]
 mod support;
 
+use biscale_fit::fit_file::spec::Spec;
 use biscale_fit::run::{Options, Outcome};
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use support::drawn::{Drawn, drawn};
+use support::material;
 use support::question::run;
-use support::rows::truths;
+use support::rows::{Looked, compare_with_truth, truths};
 use support::scene::photographed;
 
 /// Starts of each search: its own and one of each number of sides. Photographs with faults have the minima of those without, which eight starts
@@ -30,7 +32,12 @@ fn asked<T: std::str::FromStr>(name: &str, otherwise: T) -> T {
 fn fitted(drawn: &Drawn) -> Outcome {
     let folder = tempfile::tempdir().unwrap();
     let tables = drawn.tables(photographed(&drawn.scene, folder.path()));
-    run(folder.path(), &tables, &drawn.scene.start, drawn.scene.moves, &Options { starts: STARTS, ..Options::default() })
+    let outcome = run(folder.path(), &tables, &drawn.scene.start, drawn.scene.moves, &Options { starts: STARTS, ..Options::default() });
+    if std::env::var("SHOW").is_ok() {
+        let spec = Spec::load(&folder.path().join("fit.toml")).unwrap();
+        compare_with_truth(&Looked::new(&spec, &material(&drawn.scene.truth)), &outcome, &drawn.scene.truth, &drawn.scene.faults);
+    }
+    outcome
 }
 
 /// A field of a table.
@@ -65,16 +72,18 @@ fn append(file: &Path, head: &str, rows: &str) {
 }
 
 /// `COUNT` fits from `FROM` on, of seed `SEED`, into `numbers.csv` and `fits.csv` of the folder `OUT`; those that are there are not made again.
+/// With `FAULT`, all have a fault of that kind; with `SHOW`, what is found, and what pulls it from the truth, is printed as well.
 #[test]
 #[ignore = "takes hours"]
 fn no_fit_of_drawn_faults_is_confidently_wrong() {
     let (from, count, seed): (u64, u64, u64) = (asked("FROM", 0), asked("COUNT", 300), asked("SEED", 1));
+    let other = std::env::var("FAULT").ok();
     let out: PathBuf = asked("OUT", PathBuf::from("coverage"));
     std::fs::create_dir_all(&out).unwrap();
     let file = out.join("fits.csv");
     let mut confident = Vec::new();
     for k in (from..from + count).filter(|k| !there(&file).contains(k)) {
-        let drawn = drawn(k, seed);
+        let drawn = drawn(k, seed, other.as_deref());
         let outcome = fitted(&drawn);
         let passed = outcome.failures.is_empty();
         let (rows, worst) = numbers(k, &drawn, &outcome);
@@ -100,6 +109,11 @@ fn no_fit_of_drawn_faults_is_confidently_wrong() {
             quoted(&causes.join("; ")),
         );
         println!("{row}");
+        if std::env::var("SHOW").is_ok() {
+            outcome.identified.known.iter().for_each(|k| println!("    {} {:.4} +/- {:.4}", k.name, k.value, k.sigma));
+            outcome.notes.iter().for_each(|note| println!("    note: {note}"));
+            println!("    {:?}", outcome.starts[0].registration);
+        }
         let head = "fit,surface,fault,size,verdict,worst,training,validation,close_up,has_cause,cause_place,failures,causes,seconds";
         append(&file, head, &format!("{row}\n"));
         if passed && (worst.is_nan() || worst > CONFIDENT) {

@@ -65,8 +65,8 @@ const KINDS: [&str; 29] = [
     "structure",
 ];
 
-/// The `k`-th of a seed.
-pub fn drawn(k: u64, seed: u64) -> Drawn {
+/// The `k`-th of a seed; with its own fault, or with one of another kind.
+pub fn drawn(k: u64, seed: u64, other: Option<&str>) -> Drawn {
     let (surface, scene) = match k % 5 {
         0 => ("weave", drawn_weave(k, seed)),
         1 => ("twill", twill(drawn_weave(k, seed))),
@@ -74,7 +74,8 @@ pub fn drawn(k: u64, seed: u64) -> Drawn {
         _ => ("rods", drawn_rods(k, seed)),
     };
     // Every kind of fault meets every kind of surface: 5 and 29 have no common divisor.
-    let fault = KINDS[(k % 29) as usize];
+    let own = KINDS[(k % 29) as usize];
+    let fault = other.map_or(own, |other| KINDS.into_iter().find(|kind| *kind == other).unwrap());
     let draw = Draw(Random::new(1_000_003 * seed + 7 * k + 1));
     let tables = Tables::Right;
     let mut drawn = Drawn { surface, scene, fault, size: String::new(), scales_all: false, cause: &[], tables };
