@@ -1,20 +1,17 @@
 //! Fit files: TOML in, a [`Spec`] out, with all that it names loaded and checked. The format is documented in `docs/fit.md`.
 
-use crate::fit_file::assignment::{Assignment, assign};
+use crate::fit_file::candidate::{self, Candidate};
 use crate::fit_file::capture;
 use crate::fit_file::material_text::MaterialText;
-use crate::fit_file::variant;
+pub use crate::fit_file::moving::{Colour, Parameter};
+use crate::fit_file::moving::{add_others, default_moves, read_moves, sides};
 use crate::photograph::image::{Image, LIGHT_SIGMA_DEG, Photograph, Pinhole, Role};
-use biscale::brdf::Brdf;
-use biscale::error::{BadInput, Result};
-use biscale::filter::{Slot, SlotColour};
+use biscale::error::Result;
 use biscale::material::{Material, MaterialValues, NumberKey};
 use biscale::render::{Camera, Light, Object};
 use biscale::toml_reader::{Range, Source, TableReader, range};
 use std::path::{Path, PathBuf};
 
-/// Any number of a material.
-const NUMBER: Range = range(-1e9, 1e9);
 /// Reflections after the first where the fit file says nothing: photographs of real surfaces show them. Chosen, not measured: between white
 /// threads the fifth reflection is below the tolerance that they are traced to.
 pub const USUAL_BOUNCES: u32 = 4;
@@ -22,8 +19,6 @@ pub const USUAL_BOUNCES: u32 = 4;
 const IRRADIANCE_SIGMAS: Range = range(0.0, 10.0);
 /// Most parameters that a search moves.
 pub const MAX_PARAMETERS: usize = 32;
-/// Most numbers of sides that are tried.
-const MAX_SIDES: usize = 4;
 /// Most photographs.
 const MAX_PHOTOGRAPHS: usize = 16;
 
@@ -56,76 +51,10 @@ pub struct Spec {
     pub scale_to_close_up: bool,
     /// Numbers of sides of a thread's section that are tried, the start material's own first; none if that one is held.
     pub sides: Vec<u32>,
+    /// Other materials that the photographs may show.
+    pub candidates: Vec<Candidate>,
     /// What the user should know.
     pub notes: Vec<String>,
-}
-
-/// A number of the material that may move.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Parameter {
-    /// As the file names it.
-    pub key: String,
-    /// The number of the material that it names.
-    pub number: NumberKey,
-    /// Where the search may begin.
-    pub start: f64,
-    /// Bounds; equal ones hold it.
-    pub bounds: [f64; 2],
-    /// Whether it moves by factors and not by steps.
-    pub log: bool,
-    /// Mean and standard deviation of what is known of it.
-    pub prior: Option<[f64; 2]>,
-    /// Numbers that are always equal to it.
-    pub same: Vec<NumberKey>,
-    /// A number that makes the sum of both this.
-    pub rest: Option<(NumberKey, f64)>,
-}
-
-/// A colour that is found.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Colour {
-    /// As the file names it.
-    pub key: String,
-    /// The number of the material that it names.
-    pub number: NumberKey,
-    /// What it colours.
-    pub slot: Slot,
-    /// Whether it has the same value in all channels.
-    pub grey: bool,
-    /// Bounds of each channel.
-    pub bounds: [f64; 2],
-}
-
-impl Parameter {
-    /// Where a value lies between the bounds, 0 to 1.
-    pub fn to_unit(&self, value: f64) -> f64 {
-        let [low, high] = self.bounds;
-        if high <= low {
-            return 0.5;
-        }
-        let share = if self.log { (value / low).ln() / (high / low).ln() } else { (value - low) / (high - low) };
-        share.clamp(0.0, 1.0)
-    }
-
-    /// The value at a share of the way between the bounds, 0 to 1.
-    pub fn at(&self, unit: f64) -> f64 {
-        let [low, high] = self.bounds;
-        let u = unit.clamp(0.0, 1.0);
-        let value = if self.log { low * (high / low).powf(u) } else { low + u * (high - low) };
-        value.clamp(low, high)
-    }
-
-    /// What the value sets in the material.
-    pub fn assignments(&self, value: f64) -> impl Iterator<Item = Assignment> {
-        let equal = std::iter::once(self.number).chain(self.same.iter().copied());
-        let rest = self.rest.map(|(number, sum)| Assignment::Number(number, sum - value));
-        equal.map(move |number| Assignment::Number(number, value)).chain(rest)
-    }
-
-    /// Whether it may move.
-    pub fn is_free(&self) -> bool {
-        self.bounds[1] > self.bounds[0]
-    }
 }
 
 impl Spec {
@@ -166,9 +95,11 @@ impl Spec {
         let scale_to_close_up = top.bool("scale_to_close_up")?.unwrap_or(false);
         let sigma = top.f64("light_sigma_deg", range(0.0, 30.0))?;
         let irradiance_sigma = top.f64("irradiance_sigma", IRRADIANCE_SIGMAS)?;
-        let parameters =
-            top.tables("parameter")?.into_iter().map(|t| Parameter::read(t, &values, &mut text)).collect::<Result<Vec<_>>>()?;
-        let colours = top.tables("colour")?.into_iter().map(|t| Colour::read(t, &values)).collect::<Result<Vec<_>>>()?;
+        let (mut parameters, mut colours) = read_moves(&top, &values, &mut text)?;
+        if top.choice("moves", &["all"])?.is_some() {
+            let (others, other_colours) = default_moves(&material_source, &values, &material, &mut text)?;
+            add_others(&mut parameters, &mut colours, others, other_colours);
+        }
         let sides = sides(&top, &material, &parameters)?;
         let mut notes = Vec::new();
         let mut photographs = Vec::new();
@@ -187,7 +118,7 @@ impl Spec {
         if let Some(table) = shared.object {
             Object::read_bare(table)?;
         }
-        let spec = Self {
+        let mut spec = Self {
             source: source.clone(),
             name,
             text,
@@ -201,9 +132,14 @@ impl Spec {
             bounces,
             scale_to_close_up,
             sides,
+            candidates: Vec::new(),
             notes,
         };
         spec.check(&top)?;
+        spec.candidates = candidate::read(&top, &material_source, &spec.own())?;
+        for candidate in &spec.candidates {
+            spec.check_moves(candidate, &top)?;
+        }
         top.finish()?;
         Ok(spec)
     }
@@ -221,14 +157,20 @@ impl Spec {
             let problem = format!("there are {} photographs", self.photographs.len());
             return Err(top.error_at("photograph", problem, format!("at most {MAX_PHOTOGRAPHS} are possible")));
         }
-        if self.parameters.len() > MAX_PARAMETERS {
-            let problem = format!("there are {} parameters", self.parameters.len());
+        self.check_moves(&self.own(), top)
+    }
+
+    /// Nothing of a material is moved twice.
+    fn check_moves(&self, asked: &Candidate, top: &TableReader<'_>) -> Result<()> {
+        if asked.parameters.len() > MAX_PARAMETERS {
+            let problem = format!("there are {} parameters", asked.parameters.len());
             return Err(top.error_at("parameter", problem, format!("at most {MAX_PARAMETERS} are possible")));
         }
-        let mut moved: Vec<(&str, NumberKey)> = self.parameters.iter().map(|p| (&*p.key, p.number)).collect();
-        moved
-            .extend(self.parameters.iter().flat_map(|p| p.same.iter().copied().chain(p.rest.map(|r| r.0)).map(|number| (&*p.key, number))));
-        moved.extend(self.colours.iter().map(|c| (&*c.key, c.number)));
+        let mut moved: Vec<(&str, NumberKey)> = asked.parameters.iter().map(|p| (&*p.key, p.number)).collect();
+        moved.extend(
+            asked.parameters.iter().flat_map(|p| p.same.iter().copied().chain(p.rest.map(|r| r.0)).map(|number| (&*p.key, number))),
+        );
+        moved.extend(asked.colours.iter().map(|c| (&*c.key, c.number)));
         for (k, (key, number)) in moved.iter().enumerate() {
             if moved[..k].iter().any(|(_, n)| n == number) {
                 return Err(top.error_at("parameter", format!("what \"{key}\" moves is moved twice"), "keep one of the two"));
@@ -237,23 +179,31 @@ impl Spec {
         Ok(())
     }
 
+    /// The start material as a candidate.
+    pub fn own(&self) -> Candidate {
+        Candidate {
+            name: candidate::name_of(&self.material, &self.name),
+            text: self.text.clone(),
+            values: self.values.clone(),
+            material_file: self.material_file.clone(),
+            material: self.material.clone(),
+            parameters: self.parameters.clone(),
+            colours: self.colours.clone(),
+            sides: self.sides.clone(),
+        }
+    }
+
+    /// The same question, asked of one candidate alone.
+    #[must_use]
+    pub fn of(&self, candidate: &Candidate) -> Self {
+        let Candidate { name: _, text, values, material_file, material, parameters, colours, sides } = candidate.clone();
+        Self { text, values, material_file, material, parameters, colours, sides, candidates: Vec::new(), ..self.clone() }
+    }
+
     /// Photographs of a role.
     pub fn of_role(&self, role: Role) -> impl Iterator<Item = &Photograph> {
         self.photographs.iter().filter(move |p| p.role == role)
     }
-}
-
-/// The numbers of sides that threads are tried with.
-fn sides(top: &TableReader<'_>, material: &Material, parameters: &[Parameter]) -> Result<Vec<u32>> {
-    let moves = parameters.iter().any(|p| p.is_free() && matches!(p.number, NumberKey::Geometry(_)));
-    let Some(given) = top.integers("sides", 4, 256, MAX_SIDES)? else { return Ok(variant::default_sides(&material.geometry, moves)) };
-    let Some(own) = variant::own_sides(&material.geometry) else {
-        return Err(top.error_at("sides", "only threads and rods have sides", "remove it"));
-    };
-    // A number that the start material does not have comes first only if its own is not asked for.
-    let mut sides: Vec<u32> = given.iter().copied().filter(|&s| s == own).take(1).collect();
-    sides.extend(given.iter().filter(|&&s| s != own));
-    Ok(sides)
 }
 
 /// What the photographs of a file have in common.
@@ -315,95 +265,5 @@ impl<'a> SharedTables<'a> {
             object,
             noise,
         })
-    }
-}
-
-impl Parameter {
-    fn read(table: TableReader<'_>, values: &MaterialValues, text: &mut MaterialText) -> Result<Self> {
-        let key = table.str("key")?.ok_or_else(|| table.missing("key", "\"geometry.depth\""))?.to_owned();
-        let bad = |field: &'static str| move |bad: BadInput, table: &TableReader<'_>| table.error_at(field, bad.problem, bad.remedy);
-        let number = values.number_key(&key).map_err(|b| bad("key")(b, &table))?;
-        let bounds = table.array::<2>("bounds", NUMBER)?.ok_or_else(|| table.missing("bounds", "[0.1, 1.0]"))?;
-        if bounds[1] < bounds[0] {
-            return Err(table.error_at("bounds", format!("the lower bound {} lies above the upper {}", bounds[0], bounds[1]), "swap them"));
-        }
-        let log = table.bool("log")?.unwrap_or(false);
-        if log && bounds[0] <= 0.0 {
-            return Err(table.error_at(
-                "bounds",
-                "a number that moves by factors must stay over 0",
-                "raise the lower bound, or remove `log`",
-            ));
-        }
-        let written = text.number(number);
-        let start = table.f64("start", NUMBER)?.or(written).unwrap_or(0.5 * (bounds[0] + bounds[1]));
-        if start < bounds[0] || start > bounds[1] {
-            let problem = format!("it starts at {start}, outside of its bounds {} to {}", bounds[0], bounds[1]);
-            return Err(table.error_at("bounds", problem, "widen them, or write another `start`"));
-        }
-        let prior = table.array::<2>("prior", NUMBER)?;
-        if prior.is_some_and(|p| p[1] <= 0.0) {
-            return Err(table.error_at("prior", "its standard deviation is not over 0", "write [mean, standard deviation]"));
-        }
-        let same = table.strings("same")?.unwrap_or_default();
-        let same = same.into_iter().map(|k| values.number_key(k).map_err(|b| bad("same")(b, &table))).collect::<Result<Vec<_>>>()?;
-        let rest = match table.table("rest")? {
-            None => None,
-            Some(rest) => {
-                let key = rest.str("key")?.ok_or_else(|| rest.missing("key", "\"geometry.warp_gap\""))?;
-                let number = values.number_key(key).map_err(|b| bad("key")(b, &rest))?;
-                let sum = rest.f64("sum", NUMBER)?.ok_or_else(|| rest.missing("sum", "0.5"))?;
-                rest.finish()?;
-                Some((number, sum))
-            }
-        };
-        let parameter = Self { key, number, start, bounds, log, prior, same, rest };
-        // The material must take the start.
-        let mut trial = values.clone();
-        let start_written: Vec<Assignment> = parameter.assignments(start).collect();
-        let taken = assign(&mut trial, &start_written).map_err(|bad| bad.at_field(&*parameter.key).into()).and_then(|()| trial.material());
-        if let Err(error) = taken {
-            return Err(table.error_at(
-                "key",
-                format!("with {start} there the material is refused: {error}"),
-                "see `docs/geometry.md` and `docs/brdf.md`",
-            ));
-        }
-        table.finish()?;
-        Ok(parameter)
-    }
-}
-
-impl Colour {
-    fn read(table: TableReader<'_>, values: &MaterialValues) -> Result<Self> {
-        let key = table.str("key")?.ok_or_else(|| table.missing("key", "\"surface.*.brdf.diffuse\""))?.to_owned();
-        let number = values.number_key(&key).map_err(|bad| table.error_at("key", bad.problem, bad.remedy))?;
-        let none = |what: &str| {
-            let remedy = "write `albedo`, `diffuse` or `specular` of a model that has it, or the `tint` of a measured BRDF";
-            table.error_at("key", format!("\"{key}\" is no colour that light is proportional to: {what}"), remedy)
-        };
-        let (surface, colour) = match number {
-            NumberKey::Brdf { surface, key } => {
-                let brdf = &values.surfaces[surface].brdf;
-                match (key, brdf) {
-                    ("albedo", Brdf::Lambert { .. }) => (surface, SlotColour::Diffuse),
-                    ("diffuse", Brdf::BlinnPhong { .. } | Brdf::CookTorrance { .. } | Brdf::Ward { .. }) => (surface, SlotColour::Diffuse),
-                    ("specular", Brdf::BlinnPhong { .. } | Brdf::CookTorrance { .. } | Brdf::Ward { .. }) => {
-                        (surface, SlotColour::Specular)
-                    }
-                    _ => return Err(none("its model has no such colour")),
-                }
-            }
-            NumberKey::Tint { surface } if matches!(values.surfaces[surface].brdf, Brdf::Measured(_)) => (surface, SlotColour::Tint),
-            NumberKey::Tint { .. } => return Err(none("the colours of this model say the same")),
-            NumberKey::Geometry(_) => return Err(none("it is a number of the geometry")),
-        };
-        let grey = table.bool("grey")?.unwrap_or(colour == SlotColour::Specular);
-        let bounds = table.array::<2>("bounds", range(0.0, 1.0))?.unwrap_or([0.0, 1.0]);
-        if bounds[1] < bounds[0] {
-            return Err(table.error_at("bounds", "the lower bound lies above the upper", "swap them"));
-        }
-        table.finish()?;
-        Ok(Self { key, number, slot: Slot { surface, colour }, grey, bounds })
     }
 }

@@ -193,9 +193,9 @@ fn translated(from: &Spec, to: &Spec, point: &[f64]) -> Vec<f64> {
 }
 
 /// Evaluations that nobody notes.
-struct Plain<'a> {
-    model: &'a Model<'a>,
-    control: &'a Control<'a>,
+pub(super) struct Plain<'a> {
+    pub(super) model: &'a Model<'a>,
+    pub(super) control: &'a Control<'a>,
 }
 
 impl Evaluate for Plain<'_> {

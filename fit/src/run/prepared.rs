@@ -64,6 +64,11 @@ pub fn survey(spec: &Spec, control: &Control<'_>) -> Result<Survey> {
 
 impl<'a> Prepared<'a> {
     pub(super) fn new(spec: &'a Spec, control: &Control<'_>) -> Result<Self> {
+        Self::with(spec, None, control)
+    }
+
+    /// Of another material before the same photographs: their direction bins are those of `binned`.
+    pub(super) fn with(spec: &'a Spec, binned: Option<&Prepared<'_>>, control: &Control<'_>) -> Result<Self> {
         let start = spec.material.build()?;
         let opaque = is_opaque(&spec.material, &start.tile, control)?;
         let mut notes = spec.notes.clone();
@@ -75,8 +80,8 @@ impl<'a> Prepared<'a> {
             }
         }
         let distant: Vec<&Photograph> = spec.of_role(Role::Distant).collect();
-        let (mut coarse, mut fine) = (Vec::new(), Vec::new());
-        for photograph in &distant {
+        let (mut coarse, mut fine) = binned.map_or_else(Default::default, |b| (b.coarse.clone(), b.fine.clone()));
+        for photograph in distant.iter().filter(|_| binned.is_none()) {
             let sights = sights_of(photograph, spec, &start);
             coarse.push(DirectionBins::new(photograph, &sights, (COARSE.bins / distant.len()).max(8))?);
             fine.push(DirectionBins::new(photograph, &sights, (FINE.bins / distant.len()).max(8))?);

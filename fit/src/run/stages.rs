@@ -165,7 +165,7 @@ impl Search<'_> {
     }
 
     /// The starts, and where the effort asks for it what the coarse model makes of them, the best first.
-    fn explored(&self, variants: &Variants, watch: &mut Stopwatch<'_>) -> Result<Vec<Start>> {
+    pub(super) fn explored(&self, variants: &Variants, watch: &mut Stopwatch<'_>) -> Result<Vec<Start>> {
         let Self { prepared, options, .. } = *self;
         let Variants { all, likely } = variants;
         let blank = Start {

@@ -13,6 +13,8 @@ use std::fmt;
 pub struct Report {
     kind: &'static str,
     name: String,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    candidates: Vec<String>,
     #[serde(flatten)]
     survey: Survey,
 }
@@ -21,7 +23,9 @@ impl Report {
     /// Looks at the photographs, and at the close-up's period and colours.
     pub fn of(spec: &Spec) -> Result<Self> {
         let control = Control { cancel: interrupt::flag(), progress: &|_, _| {}, clock: &|| 0.0 };
-        Ok(Self { kind: "fit", name: spec.name.clone(), survey: survey(spec, &control)? })
+        let all = biscale_fit::run::candidates(spec);
+        let candidates = if all.len() > 1 { all.into_iter().map(|c| c.name).collect() } else { Vec::new() };
+        Ok(Self { kind: "fit", name: spec.name.clone(), candidates, survey: survey(spec, &control)? })
     }
 }
 
@@ -50,6 +54,9 @@ impl fmt::Display for Report {
         }
         writeln!(f, "  moves     {}", self.survey.variables.join(", "))?;
         writeln!(f, "  solves    {}", self.survey.unknowns.join(", "))?;
+        for name in &self.candidates {
+            writeln!(f, "  candidate {name}")?;
+        }
         for note in &self.survey.notes {
             writeln!(f, "  note      {note}")?;
         }

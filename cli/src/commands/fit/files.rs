@@ -5,7 +5,7 @@ use crate::common::content_hash::hash_of_surface;
 use biscale::error::{BadInput, Error, Result};
 use biscale::numerics::hash::Fnv1a;
 use biscale_fit::fit_file::spec::Spec;
-use biscale_fit::run::{Options, Outcome};
+use biscale_fit::run::{Choice, Options, Outcome};
 use biscale_fit::search::{Entry, Memory, Stage, Trace};
 use biscale_fit::uncertainty::identify::Known;
 use serde_json::{Value, json};
@@ -166,13 +166,13 @@ pub fn digits(x: f64) -> String {
 }
 
 /// Everything that was found, as JSON. Nothing in it depends on the clock.
-pub fn summary(spec: &Spec, options: &Options, outcome: &Outcome, compared: &[trade::Line]) -> Value {
+pub fn summary((spec, choice): (&Spec, Option<&Choice>), options: &Options, outcome: &Outcome, compared: &[trade::Line]) -> Value {
     let verdict = match (outcome.failures.is_empty(), outcome.validations.is_empty()) {
         (false, _) => "fail",
         (true, true) => "not validated",
         (true, false) => "pass",
     };
-    json!({
+    let mut summary = json!({
         "creator": format!("{MADE} {}", env!("CARGO_PKG_VERSION")),
         "format": 1,
         "name": spec.name,
@@ -215,7 +215,12 @@ pub fn summary(spec: &Spec, options: &Options, outcome: &Outcome, compared: &[tr
         "left_out": outcome.left_out,
         "compared_optimizers": compared,
         "notes": outcome.notes,
-    })
+    });
+    // Of a fit without candidates nothing is said.
+    if let (Some(choice), Some(object)) = (choice, summary.as_object_mut()) {
+        object.insert("choice".to_owned(), json!({ "sentence": choice.sentence(), "of": choice }));
+    }
+    summary
 }
 
 /// JSON has no infinity.

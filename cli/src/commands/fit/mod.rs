@@ -4,6 +4,7 @@ mod files;
 mod flip;
 mod pictures;
 mod report;
+mod report_choice;
 mod report_plots;
 mod trade;
 
@@ -13,10 +14,12 @@ use crate::common::interrupt;
 use crate::common::options::{self, CommonArgs};
 use crate::common::output::{self, MadeFolder, Target};
 use crate::common::progress;
-use biscale::error::{Error, Result};
+use biscale::error::{BadInput, Error, Result};
 use biscale::filter::Control;
+use biscale::toml_reader::suggest;
+use biscale_fit::fit_file::candidate::Candidate;
 use biscale_fit::fit_file::spec::Spec;
-use biscale_fit::run::{Better, Early, Options, Outcome, Watcher};
+use biscale_fit::run::{Better, Choice, Early, Options, Outcome, Watcher, candidates, choose};
 use biscale_fit::search::optimise::Optimiser;
 use biscale_fit::search::{Memory, Trace};
 use clap::{Args, ValueEnum};
@@ -67,6 +70,9 @@ pub struct FitArgs {
     /// Seed of everything random
     #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true)]
     seed: u64,
+    /// Fit the candidate of this name alone, without a choice; `biscale check` lists the names
+    #[arg(long, value_name = "NAME")]
+    only: Option<String>,
     /// Replace files that exist and were not made by this command, and keep no evaluations of an earlier run
     #[arg(long)]
     force: bool,
@@ -152,7 +158,7 @@ impl Folder {
 /// Bad input, those of the fit, and i/o.
 pub fn run(args: &FitArgs, common: &CommonArgs) -> Result<u8> {
     let begun = Instant::now();
-    let spec = Spec::load(&args.fit)?;
+    let question = Spec::load(&args.fit)?;
     let mut options = Options {
         optimiser: args.optimizer.optimiser(),
         starts: usize::from(args.starts),
@@ -161,9 +167,12 @@ pub fn run(args: &FitArgs, common: &CommonArgs) -> Result<u8> {
         time_limit: args.time_limit.map(|t| t.as_secs_f64()),
         ..Options::default()
     };
-    let mark = files::mark(&spec, &options);
-    let inputs: Vec<&Path> = [&*args.fit, &*spec.material_file].into_iter().chain(spec.photographs.iter().map(|p| &*p.file)).collect();
+    let candidates = candidates(&question);
+    let inputs: Vec<&Path> =
+        candidates.iter().map(|c| &*c.material_file).chain([&*args.fit]).chain(question.photographs.iter().map(|p| &*p.file)).collect();
     let folder = Folder::new(args, &inputs)?;
+    let (spec, choice) = chosen(question, &candidates, &mut options, args, common)?;
+    let mark = files::mark(&spec, &options);
     let evaluations = folder.folder.path().join(files::EVALUATIONS);
     let memory = if args.resume { files::read_trace(&evaluations, &mark)? } else { Memory::default() };
     let kept = if args.resume || args.force { None } else { files::keep_earlier(&evaluations)? };
@@ -181,16 +190,20 @@ pub fn run(args: &FitArgs, common: &CommonArgs) -> Result<u8> {
         Ok((outcome, compared))
     });
     let kept = kept.and_then(|kept| files::without_repetition(kept, &evaluations));
-    let (outcome, compared) = done?;
+    let (mut outcome, compared) = done?;
+    if let Some(failure) = choice.as_ref().and_then(Choice::failure).filter(|_| !outcome.failures.is_empty()) {
+        outcome.failures.push(failure);
+    }
+    let choice = choice.as_ref();
     let seconds = begun.elapsed().as_secs_f64();
-    write(&folder, &spec, &options, &outcome, &compared)?;
+    write(&folder, (&spec, choice), &options, &outcome, &compared)?;
     if common.json {
         let times: serde_json::Map<String, serde_json::Value> = outcome.seconds.iter().map(|(n, s)| ((*n).to_owned(), json!(s))).collect();
         output::print_json(&json!({
-            "outputs": args.output, "earlier_evaluations": kept, "seconds": seconds, "cpu_seconds": cost::cpu_seconds(), "parts": times, "fit": files::summary(&spec, &options, &outcome, &compared),
+            "outputs": args.output, "earlier_evaluations": kept, "seconds": seconds, "cpu_seconds": cost::cpu_seconds(), "parts": times, "fit": files::summary((&spec, choice), &options, &outcome, &compared),
         }))?;
     } else {
-        tell(common, args, &outcome, &compared, seconds)?;
+        tell(common, args, (&outcome, choice), &compared, seconds)?;
         if let Some(kept) = kept {
             output::tell(
                 common,
@@ -207,6 +220,26 @@ pub fn run(args: &FitArgs, common: &CommonArgs) -> Result<u8> {
         _ if outcome.failures.is_empty() => 0,
         _ => exit::FAILED,
     })
+}
+
+/// The question of the fit file asked of one material: the one that `--only` names, or the one that the photographs show. The choice takes its share of a time limit.
+fn chosen(question: Spec, all: &[Candidate], options: &mut Options, args: &FitArgs, common: &CommonArgs) -> Result<(Spec, Option<Choice>)> {
+    if let Some(name) = &args.only {
+        let names: Vec<&str> = all.iter().map(|c| &*c.name).collect();
+        let found = all
+            .iter()
+            .find(|c| c.name == *name)
+            .ok_or_else(|| BadInput::new(format!("no candidate is called \"{name}\""), suggest(name, &names)).at_field("only"))?;
+        return Ok((question.of(found), None));
+    }
+    if question.candidates.is_empty() {
+        return Ok((question, None));
+    }
+    let begun = Instant::now();
+    let choice = progress::with_control(common, |control| choose(&question, options, control))?;
+    options.time_limit = options.time_limit.map(|limit| (limit - begun.elapsed().as_secs_f64()).max(0.0));
+    let spec = question.of(&all[choice.chosen]);
+    Ok((spec, Some(choice)))
 }
 
 /// Writes the best guess so far beside its photograph, if the last one is old enough.
@@ -233,15 +266,21 @@ fn keep(trace: &dyn Fn() -> Trace, kept: &Mutex<Instant>, folder: &Folder, mark:
     }
 }
 
-fn write(folder: &Folder, spec: &Spec, options: &Options, outcome: &Outcome, compared: &[trade::Line]) -> Result<()> {
+fn write(
+    folder: &Folder,
+    (spec, choice): (&Spec, Option<&Choice>),
+    options: &Options,
+    outcome: &Outcome,
+    compared: &[trade::Line],
+) -> Result<()> {
     let mut text = outcome.text.clone();
     text.rebase(spec.material_file.parent().unwrap_or(Path::new("")));
     text.set_name(&spec.name);
     let material = format!("{}\n{}", files::MATERIAL_MARK, text.text());
-    let json = serde_json::to_vec_pretty(&files::summary(spec, options, outcome, compared))
+    let json = serde_json::to_vec_pretty(&files::summary((spec, choice), options, outcome, compared))
         .map_err(|e| Error::Numeric(format!("cannot write the result as JSON: {e}; please report this")))?;
     let png = pictures::panels(&pictures::of(outcome))?;
-    let html = report::page(spec, options, outcome, compared)?;
+    let html = report::page((spec, choice), options, outcome, compared)?;
     folder.material.write(|out| out.write_all(material.as_bytes()))?;
     folder.json.write(|out| out.write_all(&json))?;
     // Without any the picture of the search stays.
@@ -252,7 +291,13 @@ fn write(folder: &Folder, spec: &Spec, options: &Options, outcome: &Outcome, com
 }
 
 /// Prints the verdict, and says the rest; why a fit failed is an error, which `--quiet` does not silence.
-fn tell(common: &CommonArgs, args: &FitArgs, outcome: &Outcome, compared: &[trade::Line], seconds: f64) -> Result<()> {
+fn tell(
+    common: &CommonArgs,
+    args: &FitArgs,
+    (outcome, choice): (&Outcome, Option<&Choice>),
+    compared: &[trade::Line],
+    seconds: f64,
+) -> Result<()> {
     let verdict = if outcome.failures.is_empty() { "PASS" } else { "FAIL" };
     let verdict = if outcome.failures.is_empty() && outcome.validations.is_empty() { "not validated" } else { verdict };
     let evaluations = outcome.evaluations;
@@ -267,6 +312,9 @@ fn tell(common: &CommonArgs, args: &FitArgs, outcome: &Outcome, compared: &[trad
         100.0 * outcome.training,
         winner.map_or(0, |s| s.evaluations)
     ))?;
+    if let Some(choice) = choice {
+        output::print(&format!("chosen: {}\n", choice.sentence()))?;
+    }
     for known in &outcome.identified.known {
         output::tell(common, &format!("  {}", files::line(known)));
     }

@@ -4,7 +4,7 @@ use super::files::{digits, flags, with_sigma};
 use super::flip::mean_flip;
 use super::pictures::Pair;
 use super::report_plots::{convergence, profile_plot};
-use super::{pictures, trade};
+use super::{pictures, report_choice, trade};
 use crate::common;
 use crate::common::figure::Svg;
 use biscale::error::Result;
@@ -12,7 +12,7 @@ use biscale::formats::svg::png_url;
 use biscale::numerics::colour::srgb_byte;
 use biscale_fit::fit_file::spec::Spec;
 use biscale_fit::photograph::image::{IRRADIANCE_SIGMA, Photograph, Role};
-use biscale_fit::run::{DIAGNOSIS, Options, Outcome};
+use biscale_fit::run::{Choice, DIAGNOSIS, Options, Outcome};
 use biscale_fit::uncertainty::identify::Known;
 use biscale_fit::verdict::gates::MOST_NEAR_ERROR;
 use biscale_fit::verdict::validate::{LEAST_ANGLE_DEG, LEAST_TRAINING, MOST_ERROR, MOST_RATIO, Verdict};
@@ -24,13 +24,14 @@ const STYLE: &str = "img{image-rendering:pixelated;max-width:100%}\
 .flag{color:#a03010}";
 
 /// The report.
-pub fn page(spec: &Spec, options: &Options, outcome: &Outcome, compared: &[trade::Line]) -> Result<String> {
+pub fn page((spec, choice): (&Spec, Option<&Choice>), options: &Options, outcome: &Outcome, compared: &[trade::Line]) -> Result<String> {
     let photographs = photographs(outcome)?;
     let close_up = close_up(outcome)?;
     let body = html! {
         h1 { (spec.name) }
         (verdict(outcome))
         (causes(outcome))
+        @if let Some(choice) = choice { (report_choice::section(choice)) }
         (photographs)
         (close_up)
         (validation(outcome))
