@@ -1,6 +1,6 @@
 #!/bin/sh
 # Fig. 10 of Wu et al. 2011, by a program: a photograph from afar and one from near, a material, and that material on another object in new light.
-# usage: scripts/fit_figure.sh BISCALE FOLDER
+# usage: scripts/fit_figure.sh BISCALE FOLDER     FOLDER/pictures.png and pillow.png are fit-pictures.png and fit-pillow.png of docs/gallery
 set -eu
 biscale=$1
 folder=$2

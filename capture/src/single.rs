@@ -29,7 +29,7 @@ pub struct Single {
 /// What no single photograph tells.
 const NEVER: [(&str, &str); 5] = [
     ("size", "a marker or a ruler in the picture: lengths are pixels"),
-    ("reflectance", "a colour checker and the exposure: colours hold the light, the shading and the camera's curve"),
+    ("reflectance", "a colour checker and the exposure: colours hold the light, its highlights, the shading and the camera's curve"),
     ("heights and the direction of the light", "a light whose direction is known, and the fit of a distant photograph"),
     ("gloss", "photographs from afar under two lights"),
     ("the back, and what lies behind the gaps", "a photograph against the light"),
@@ -61,7 +61,8 @@ pub fn look(file: &Path, options: &WeaveOptions) -> Result<Single> {
         (None, Some(relief)) => profile(relief, &mut known),
         (None, None) => {}
     }
-    let name = file.file_stem().unwrap_or_default().to_string_lossy();
+    // The name is in every picture of the material, beside a scale bar in the units of the file.
+    let name = format!("{}, 1 mm is a pixel", file.file_stem().unwrap_or_default().to_string_lossy());
     let material = analysis.material(&name, &MaterialGuesses::default()).map(|text| {
         let marks: String = doubts.iter().map(|d| format!("# Doubtful: {}.\n", d.replace(char::is_control, " "))).collect();
         format!("# From one photograph: the repeat, and ratios of widths and colours. Lengths, heights and reflectances are guesses.\n{marks}{text}")
@@ -102,7 +103,7 @@ fn threads(weave: &Weave, uncertain: bool, known: &mut Vec<(&'static str, String
     let over = |c: usize| warp.colour[c] / weft.colour[c];
     if weft.colour.iter().all(|c| *c > 0.0) {
         known.push((
-            "colour of the warp over that of the weft (red, green, blue)",
+            "colour of the warp over that of the weft, as seen (red, green, blue)",
             format!("{:.2}, {:.2}, {:.2}", over(0), over(1), over(2)),
         ));
     }

@@ -345,6 +345,8 @@ fn check_looks_at_every_file_and_fails_if_one_is_bad() {
     assert!(said.stdout.starts_with("m.toml: ok\n"), "{}", said.stdout);
     assert_eq!(said.stderr.lines().count(), 2, "{}", said.stderr);
     assert!(said.stderr.contains("bad.toml:11") && said.stderr.contains("none.toml"), "{}", said.stderr);
+    let said = folder.run(["check", "bad.toml", "m.toml", "--quiet"]);
+    assert_eq!((said.status, said.stdout.as_str(), said.stderr.lines().count()), (2, "m.toml: ok\n", 1), "{}", said.stderr);
 }
 
 #[cfg(target_os = "linux")]

@@ -55,10 +55,22 @@ fn a_photograph_tells_ratios_and_a_material_that_is_read() {
     let said = folder.run(["capture", "cloth.png", "-o", "seen", "--json"]);
     let json: Value = serde_json::from_str(&said.stdout).unwrap();
     assert!(said.status == 0 && json["known"].as_array().unwrap().len() > 4, "{}", said.stdout);
+    let said = folder.run(["capture", "cloth.png", "-o", "seen", "--quiet"]);
+    assert!(said.status == 0 && said.stderr.is_empty(), "{}", said.stderr);
+    assert!(said.stdout.starts_with("cloth.png: weave twill 1/2") && said.stdout.lines().count() == 1, "{}", said.stdout);
+    // The plots of a material show its name beside a scale bar.
+    assert!(folder.read("seen/guess.toml").contains("name = \"cloth, 1 mm is a pixel\""), "{}", folder.read("seen/guess.toml"));
     // Nothing that repeats is no cloth.
     image::RgbImage::from_pixel(200, 200, image::Rgb([90, 120, 90])).save(folder.path("grey.png")).unwrap();
     let said = folder.run(["capture", "grey.png", "-o", "grey"]);
     assert!(said.status == 1 && said.stderr.contains("nothing in the photograph repeats"), "{}", said.stderr);
+    let said = folder.run(["capture", "grey.png", "-o", "grey", "--quiet"]);
+    assert!(
+        said.status == 1 && said.stdout.starts_with("grey.png: nothing is known: nothing in the photograph repeats"),
+        "{}",
+        said.stdout
+    );
+    assert_eq!((said.stdout.lines().count(), said.stderr.as_str()), (1, ""));
     folder.write("a.heic", "ftypheic");
     let said = folder.run(["capture", "a.heic", "-o", "b"]);
     assert!(said.status == 2 && said.stderr.contains("heif-convert a.heic a.png"), "{}", said.stderr);

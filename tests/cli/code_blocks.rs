@@ -178,8 +178,8 @@ fn every_command_block_runs_in_a_fresh_folder_and_prints_what_stands_there() {
     let all: Vec<Block> = pages().iter().flat_map(|page| blocks(page)).collect();
     let of = |kind| all.iter().filter(|b| b.kind() == kind).count();
     println!("{} blocks run, {} slow ones, {} compared, {} not run", of(Kind::Run), of(Kind::Slow), of(Kind::Printed), of(Kind::NotRun));
-    assert!(of(Kind::NotRun) <= 4, "more blocks are marked as not run than were when this was written");
-    assert!(of(Kind::Printed) >= 4, "fewer blocks show what is printed than did when this was written");
+    assert!(of(Kind::NotRun) <= 3, "more blocks are marked as not run than were when this was written");
+    assert!(of(Kind::Printed) >= 5, "fewer blocks show what is printed than did when this was written");
     assert_eq!(run_all(&[Kind::Run]), of(Kind::Run));
 }
 

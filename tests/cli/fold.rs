@@ -154,6 +154,12 @@ fn the_verifier_finds_what_is_wrong() {
         let said = folder.run(["fold", "--verify", "bad-1.svg", "--against", &material]);
         assert!(said.status == 1 && said.stderr.contains("wrong: ") && said.stderr.contains(word), "{name}: {}", said.stderr);
     }
+    // Without a word but its verdict.
+    for (file, status, verdict) in [("p-1.svg", 0, "the pattern folds to the design\n"), ("bad-1.svg", 1, "the pattern is not right\n")] {
+        let said = folder.run(["fold", "--verify", file, "--against", &material, "--quiet"]);
+        assert_eq!((said.status, said.stdout.as_str()), (status, verdict), "{file}: {}", said.stderr);
+        assert_eq!(said.stderr.is_empty(), status == 0, "{file}: {}", said.stderr);
+    }
     // Another design than the one that the file was made from.
     let said = folder.run(["fold", "--verify", "p-1.svg", "--against", &sample("pyramids-pentagon.toml")]);
     assert!(said.status != 0, "{}", said.stderr);
@@ -214,7 +220,7 @@ fn a_weave_becomes_strips_that_go_over_and_under_as_its_draft_says() {
         assert_eq!(said.status, 0, "{name}: {}", said.stderr);
         let file = first(&folder, "w", "svg");
         let said = folder.run(["fold", "--verify", &file, "--against", &sample(name)]);
-        assert!(said.status == 0 && said.stderr.contains("weave to the design"), "{name}: {}", said.stderr);
+        assert!(said.status == 0 && said.stdout.ends_with("weave to the design\n"), "{name}: {}", said.stdout);
         let text = folder.read(&file);
         folder.write("bad.svg", text.replacen("data-over=\"1\"", "data-over=\"0\"", 1));
         // The same by other people's geometry, without the design.

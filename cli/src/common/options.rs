@@ -14,7 +14,7 @@ pub struct CommonArgs {
     /// Print one JSON object on standard output
     #[arg(long, global = true)]
     pub json: bool,
-    /// Print no progress, summaries or notes; errors stay
+    /// Print no progress, summaries or notes; errors stay, and of what is judged the verdict in one line
     #[arg(long, short, global = true)]
     pub quiet: bool,
     /// Also tell how it was done: what was expected, chosen and left out on the way

@@ -52,6 +52,8 @@ pub(super) fn run(args: &CaptureArgs, common: &CommonArgs) -> Result<u8> {
     let recognised = single.analysis.weave.is_some() || single.analysis.relief.is_some();
     if common.json {
         output::print_json(&told)?;
+    } else if common.quiet {
+        output::print(&format!("{}: {}\n", args.shoot.display(), verdict(&single)))?;
     } else {
         output::tell(common, &summary(&single, folder));
     }
@@ -70,6 +72,15 @@ fn described(single: &Single, file: &Path) -> Value {
         "analysis": single.analysis.to_json(),
         "material": single.material.as_ref().map(|_| FILES[1]),
     })
+}
+
+/// What was recognised, or why nothing was.
+fn verdict(single: &Single) -> String {
+    match (single.known.first(), single.doubts.first()) {
+        (Some((what, value)), _) => format!("{what} {value}"),
+        (None, Some(doubt)) => format!("nothing is known: {doubt}"),
+        (None, None) => "nothing is known".to_owned(),
+    }
 }
 
 fn summary(single: &Single, folder: &Path) -> String {

@@ -51,8 +51,9 @@ pub fn run(args: &CheckArgs, common: &CommonArgs) -> Result<u8> {
         let result = AnyReport::of(file, &quality).map_err(|error| common.flags.in_error(error));
         let outcome = Outcome { file: file.display().to_string(), result };
         match &outcome.result {
-            Ok(report) if !common.json => output::print(&format!("{}: {}\n{report}", outcome.file, report.verdict()))?,
-            Ok(_) => {}
+            Ok(_) if common.json => {}
+            Ok(report) if common.quiet => output::print(&format!("{}: {}\n", outcome.file, report.verdict()))?,
+            Ok(report) => output::print(&format!("{}: {}\n{report}", outcome.file, report.verdict()))?,
             Err(error) => {
                 output::say_error(&error.to_string());
                 // Bad input weighs most: it is what this command looks for.

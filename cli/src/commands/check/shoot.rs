@@ -1,7 +1,7 @@
 //! What `biscale check` says of a shoot file.
 
 use biscale::error::Result;
-use biscale_capture::shoot::{ROLES, Registration, Shape, Shoot, WIDE_DEG};
+use biscale_capture::shoot::{ROLES, Registration, Role, Shape, Shoot, WIDE_DEG};
 use serde::Serialize;
 use std::fmt;
 
@@ -31,31 +31,11 @@ impl Report {
         let count = |role| shoot.of_role(role).map(|p| p.files.len()).sum::<usize>();
         let photographs: Vec<(String, usize)> =
             ROLES.iter().map(|(name, role)| ((*name).to_owned(), count(*role))).filter(|c| c.1 > 0).collect();
-        let has = |name: &str| photographs.iter().any(|p| p.0 == name);
-        let calibrated = has("board") && shoot.board.is_some();
+        let calibrated = is_calibrated(shoot, &photographs);
         let mut lights: Vec<String> = shoot.photos.iter().filter(|p| p.role.is_sample()).map(|p| p.light.clone()).collect();
         lights.sort();
         lights.dedup();
-        let mut notes = Vec::new();
-        let mut note = |missing: bool, text: &str| {
-            if missing {
-                notes.push(text.to_owned());
-            }
-        };
-        note(!calibrated && shoot.camera.given.is_none(), "no board views and no focal_px: nothing can be placed");
-        note(has("board") && shoot.board.is_none(), "there are board views, but no [board] says what they show");
-        note(!has("flat"), "no flat field: corners come out darker than the middle");
-        note(!has("checker"), "no colour checker: colours are the camera's own");
-        note(!has("close-up"), "no close-up: nothing will be known of the small scale");
-        note(!has("distant"), "no distant photograph: there is nothing to fit");
-        note(!has("validation"), "no validation photograph: a fit cannot be tested");
-        let missing = |l: &&String| {
-            !shoot.lights.iter().any(|g| g.name == **l)
-                && !shoot.photos.iter().any(|p| p.role == biscale_capture::shoot::Role::Light && p.light == **l)
-        };
-        for light in lights.iter().filter(missing) {
-            notes.push(format!("nothing tells the direction of light \"{light}\""));
-        }
+        let mut notes = what_is_missing(shoot, &photographs, &lights);
         let encoded = shoot.encoded(&files);
         if let Some(first) = encoded.first() {
             let name = first.file_name().unwrap_or_default().to_string_lossy();
@@ -96,6 +76,39 @@ impl Report {
     pub fn is_doubtful(&self) -> bool {
         self.doubtful
     }
+}
+
+fn has(photographs: &[(String, usize)], role: &str) -> bool {
+    photographs.iter().any(|p| p.0 == role)
+}
+
+/// Whether board views tell what the camera is.
+fn is_calibrated(shoot: &Shoot, photographs: &[(String, usize)]) -> bool {
+    has(photographs, "board") && shoot.board.is_some()
+}
+
+/// What a shoot lacks, and what comes of it.
+fn what_is_missing(shoot: &Shoot, photographs: &[(String, usize)], lights: &[String]) -> Vec<String> {
+    let has = |role| has(photographs, role);
+    let mut notes = Vec::new();
+    let mut note = |missing: bool, text: &str| {
+        if missing {
+            notes.push(text.to_owned());
+        }
+    };
+    note(!is_calibrated(shoot, photographs) && shoot.camera.given.is_none(), "no board views and no focal_px: nothing can be placed");
+    note(has("board") && shoot.board.is_none(), "there are board views, but no [board] says what they show");
+    note(!has("flat"), "no flat field: corners come out darker than the middle");
+    note(!has("checker"), "no colour checker: colours are the camera's own");
+    note(!has("close-up"), "no close-up: nothing will be known of the small scale");
+    note(!has("distant"), "no distant photograph: there is nothing to fit");
+    note(!has("validation"), "no validation photograph: a fit cannot be tested");
+    let missing =
+        |l: &&String| !shoot.lights.iter().any(|g| g.name == **l) && !shoot.photos.iter().any(|p| p.role == Role::Light && p.light == **l);
+    for light in lights.iter().filter(missing) {
+        notes.push(format!("nothing tells the direction of light \"{light}\""));
+    }
+    notes
 }
 
 impl fmt::Display for Report {

@@ -11,10 +11,10 @@ use biscale_fabricate::verify::{ReadPattern, read_fold, read_svg, verify, verify
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// Checks a file; returns the exit status.
+/// Checks a file, and prints the verdict in one line, with `--quiet`, too; returns the exit status.
 ///
 /// # Errors
-/// Files that cannot be read or are none of this program's.
+/// Files that cannot be read or are none of this program's; i/o.
 pub fn run(file: &Path, against: &Path, common: &CommonArgs) -> Result<u8> {
     let (seen, files) = read(file)?;
     let recipe: FoldRecipe = serde_json::from_value(seen.recipe.clone())
@@ -37,7 +37,7 @@ pub fn run(file: &Path, against: &Path, common: &CommonArgs) -> Result<u8> {
         for failure in &report.failures {
             output::say(&format!("wrong: {failure}"));
         }
-        output::tell(common, if fine { "the pattern folds to the design" } else { "the pattern is not right" });
+        output::print(if fine { "the pattern folds to the design\n" } else { "the pattern is not right\n" })?;
     }
     Ok(if fine { 0 } else { 1 })
 }
@@ -50,7 +50,7 @@ fn strips(seen: &ReadPattern, weave: &Weave, scale: f64, recipe: &FoldRecipe, ma
     } else {
         wrong.iter().for_each(|w| output::say(&format!("wrong: {w}")));
         let end = if wrong.is_empty() { "they weave to the design" } else { "the pattern is not right" };
-        output::tell(common, &format!("{} strips, {} crossings; {end}", seen.strips.len(), seen.crossings.len()));
+        output::print(&format!("{} strips, {} crossings; {end}\n", seen.strips.len(), seen.crossings.len()))?;
     }
     Ok(u8::from(!wrong.is_empty()))
 }
