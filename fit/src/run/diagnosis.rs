@@ -26,6 +26,8 @@ use serde::Serialize;
 const REPAIRED: f64 = 0.6;
 /// The same where the photographs pass so and did not before. Chosen, not measured.
 const CLEARLY_BETTER: f64 = 0.8;
+/// Error of a close-up over that of before from which on it is explained clearly worse. Chosen, not measured.
+const CLEARLY_WORSE: f64 = 1.1;
 /// How each descent ends: as that of the last stage, sooner.
 const LIMITS: Limits = Limits { step: 0.1, size: 0.01, cost: 0.01, evaluations: 160 };
 
@@ -96,7 +98,15 @@ impl Explained {
         }
         // Of other values residuals are smaller or larger by themselves: the rules of a fit that passes are not.
         let residuals_say = ratio <= REPAIRED && !other_values;
-        residuals_say || (self.passes && !before.passes && ratio <= CLEARLY_BETTER)
+        let passes_now = self.passes && !before.passes;
+        // What is left of a photograph's misfit is a share of its own light.
+        let distant_agree = self.training <= MOST_ERROR && before.training > MOST_ERROR && !self.is_worse_near(before);
+        residuals_say || ((passes_now || distant_agree) && ratio <= CLEARLY_BETTER)
+    }
+
+    /// Whether the close-up is explained clearly worse.
+    fn is_worse_near(&self, before: &Self) -> bool {
+        self.close_up.zip(before.close_up).is_some_and(|(now, before)| now > MOST_NEAR_ERROR.max(CLEARLY_WORSE * before))
     }
 }
 

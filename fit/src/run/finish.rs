@@ -2,7 +2,7 @@
 
 use super::comparison::{Fitted, OtherLight, Validating};
 use super::deadline::stopped_when;
-use super::diagnosis;
+use super::diagnosis::{self, Cause};
 use super::found::found;
 use super::held_out;
 use super::nuisances;
@@ -156,9 +156,9 @@ fn report(
     let fitted = Fitted { material: &material, small: &small, opaque: prepared.opaque };
     let compared = parts.make("pictures", 0.5, |control| compare_distant(prepared, &fitted, &model, &evaluated, best, control))?;
     let compared = compared.unwrap_or_default();
-    let mut validations = Vec::new();
     let stray_light = spec.stray_light.then(|| usual_stray_light(prepared, &model, &evaluated));
     let question = Validating { fitted, compared: &compared, training, stray_light, seed: options.seed };
+    let mut validations = Vec::new();
     if spec.of_role(Role::Validation).next().is_some() {
         let validated = parts.make("validation", 0.7, |control| validate_all(prepared, &question, control))?;
         let (found, told) = validated.unwrap_or_default();
@@ -184,23 +184,15 @@ fn report(
         near: near.as_ref(),
         known: &identified.known,
     });
-    let mut causes = Vec::new();
-    if !failures.is_empty() && early.is_some() {
+    let causes = if failures.is_empty() {
+        Vec::new()
+    } else if early.is_some() {
         parts.left_out.push(DIAGNOSIS);
-    } else if !failures.is_empty() {
-        let mut of_held_out = Vec::new();
-        parts.make(DIAGNOSIS, 0.95, |control| {
-            held_out::causes(prepared, &question, &validations, &mut of_held_out, control)?;
-            diagnosis::causes(prepared, &solved, best, &mut causes, control)
-        })?;
-        // What makes the fitted photographs agree, where they do not, comes before all that is said of a held-out one.
+        Vec::new()
+    } else {
         let only_held_out = failures.len() == validations.iter().filter(|(v, _)| v.verdict == Verdict::Fail).count();
-        if only_held_out {
-            causes.append(&mut of_held_out);
-        }
-        causes.sort_by(|a, b| a.objective_ratio.unwrap_or(0.0).total_cmp(&b.objective_ratio.unwrap_or(0.0)));
-        causes.append(&mut of_held_out);
-    }
+        likely_causes(prepared, (&solved, best), (&question, &validations), only_held_out, &mut parts)?
+    };
     notes.extend(left_out_note(&parts.left_out));
     (parts.control.progress)("report", 1.0);
     let entries = if early.is_some() { shared.trace_with_memory() } else { shared.sorted_trace() };
@@ -228,6 +220,28 @@ fn report(
         starts,
         material,
     })
+}
+
+/// What else than the fit file says makes the photographs agree, the likeliest first.
+fn likely_causes(
+    prepared: &Prepared<'_>,
+    (options, best): (&Options, &Start),
+    (question, validations): (&Validating<'_>, &[(Validation, Compared)]),
+    only_held_out: bool,
+    parts: &mut Parts<'_>,
+) -> Result<Vec<Cause>> {
+    let (mut causes, mut of_held_out) = (Vec::new(), Vec::new());
+    parts.make(DIAGNOSIS, 0.95, |control| {
+        held_out::causes(prepared, question, validations, &mut of_held_out, control)?;
+        diagnosis::causes(prepared, options, best, &mut causes, control)
+    })?;
+    // What makes the fitted photographs agree, where they do not, comes before all that is said of a held-out one.
+    if only_held_out {
+        causes.append(&mut of_held_out);
+    }
+    causes.sort_by(|a, b| a.objective_ratio.unwrap_or(0.0).total_cmp(&b.objective_ratio.unwrap_or(0.0)));
+    causes.append(&mut of_held_out);
+    Ok(causes)
 }
 
 /// Stray light of the first distant photograph over the mean radiance of its pixels.

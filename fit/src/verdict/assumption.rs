@@ -15,6 +15,9 @@ pub const FREE_LIGHT_SIGMA_DEG: f64 = 3.0;
 /// 12 % become smaller by one of the two.
 const FIELDS_OF_VIEW: [f64; 2] = [0.93, 1.07];
 
+/// Values over the brightest of their channel from which on pixels count as those of a sensor that was full. Chosen, not measured: noise of a tenth.
+const BRIGHTEST: f32 = 0.9;
+
 /// One thing, otherwise than the fit file says.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Assumption {
@@ -28,6 +31,8 @@ pub enum Assumption {
     Encoded,
     /// Linear values were taken for encoded ones, and decoded.
     Decoded,
+    /// The brightest values are those of a sensor that was full.
+    Full,
     /// Other reflections after the first: none, or the usual number.
     Bounces,
     /// The light of a photograph stands anywhere.
@@ -52,14 +57,14 @@ impl Assumption {
         all.extend(pair.filter(|(a, b)| size(a) == size(b)).map(|_| Self::Swapped));
         let distant = spec.of_role(Role::Distant).enumerate().filter(|(_, p)| is_held(p));
         all.extend(distant.map(|(k, _)| Self::Light(Shot::Distant(k))));
-        all.extend([Self::Encoded, Self::Decoded, Self::Bounces]);
+        all.extend([Self::Encoded, Self::Decoded, Self::Full, Self::Bounces]);
         all.extend(FIELDS_OF_VIEW.map(Self::FieldOfView));
         all
     }
 
     /// Whether the values of photographs are others, and not only what is said of them.
     pub fn changes_values(self) -> bool {
-        matches!(self, Self::Swapped | Self::Encoded | Self::Decoded)
+        matches!(self, Self::Swapped | Self::Encoded | Self::Decoded | Self::Full)
     }
 
     /// The fit file with this otherwise.
@@ -71,6 +76,7 @@ impl Assumption {
             Self::Swapped => swap(&mut spec),
             Self::Encoded => spec.photographs.iter_mut().for_each(|p| map(&mut p.image, srgb_to_linear)),
             Self::Decoded => spec.photographs.iter_mut().for_each(|p| map(&mut p.image, linear_to_srgb)),
+            Self::Full => spec.photographs.iter_mut().for_each(|p| without_brightest(&mut p.image)),
             Self::Bounces => spec.bounces = if spec.bounces == 0 { USUAL_BOUNCES } else { 0 },
             Self::FieldOfView(factor) => {
                 let distant = spec.photographs.iter_mut().filter(|p| p.role != Role::CloseUp);
@@ -101,6 +107,10 @@ impl Assumption {
             }
             Self::Decoded => {
                 "the values of the photographs were linearised twice: give them as they were before the second time".to_owned()
+            }
+            Self::Full => {
+                "the brightest places of the photographs are overexposed: without them they agree; expose less, or mask these places"
+                    .to_owned()
             }
             Self::Bounces if spec.bounces == 0 => {
                 format!("the photographs show light that was reflected more than once: write `bounces = {USUAL_BOUNCES}` into the fit file")
@@ -153,6 +163,16 @@ fn swap(spec: &mut Spec) {
     }
 }
 
+/// Leaves out the pixels of which a channel is nearly as bright as the brightest there is: where a sensor was full, noise lies about that.
+fn without_brightest(image: &mut Image) {
+    let tops: [f32; 3] = std::array::from_fn(|c| image.rgb.iter().map(|p| p[c]).filter(|v| v.is_finite()).fold(0.0, f32::max));
+    for pixel in &mut image.rgb {
+        if (0..3).any(|c| tops[c] > 0.0 && pixel[c] >= BRIGHTEST * tops[c]) {
+            *pixel = [f32::NAN; 3];
+        }
+    }
+}
+
 /// Maps all values by a curve of 0 to 1, which is the brightest.
 fn map(image: &mut Image, curve: impl Fn(f64) -> f64) {
     let top = image.rgb.iter().flatten().copied().filter(|v| v.is_finite()).fold(0.0, f32::max);
@@ -185,6 +205,17 @@ mod tests {
             mirror(&mut turned);
             assert_eq!(turned, before);
         }
+    }
+
+    #[test]
+    fn without_the_brightest_pixels_the_others_stay() {
+        let mut there = image(11, 1);
+        there.rgb.iter_mut().for_each(|p| p[2] = 0.3 * p[0]);
+        without_brightest(&mut there);
+        assert!(
+            there.rgb[..9].iter().enumerate().all(|(k, p)| p[0] == k as f32)
+                && there.rgb[9].iter().chain(&there.rgb[10]).all(|v| v.is_nan())
+        );
     }
 
     #[test]

@@ -6,6 +6,7 @@ mod pictures;
 mod report;
 mod report_choice;
 mod report_plots;
+mod surface;
 mod trade;
 
 use crate::common::cost;

@@ -4,7 +4,7 @@ use super::files::{digits, flags, with_sigma};
 use super::flip::mean_flip;
 use super::pictures::Pair;
 use super::report_plots::{convergence, profile_plot};
-use super::{pictures, report_choice, trade};
+use super::{pictures, report_choice, surface, trade};
 use crate::common;
 use crate::common::figure::Svg;
 use biscale::error::Result;
@@ -19,7 +19,7 @@ use biscale_fit::verdict::validate::{LEAST_ANGLE_DEG, LEAST_TRAINING, MOST_ERROR
 use maud::{Markup, PreEscaped, html};
 use std::path::Path;
 
-const STYLE: &str = "img{image-rendering:pixelated;max-width:100%}\
+const STYLE: &str = "img{image-rendering:pixelated;max-width:100%}img.smooth{image-rendering:auto}\
 .pass{background:#e3f4e1}.fail{background:#fbe3df}.open{background:#f4efdc}.verdict{padding:.6em 1em;border-radius:6px;font-size:1.1em}\
 .flag{color:#a03010}";
 
@@ -27,11 +27,15 @@ const STYLE: &str = "img{image-rendering:pixelated;max-width:100%}\
 pub fn page((spec, choice): (&Spec, Option<&Choice>), options: &Options, outcome: &Outcome, compared: &[trade::Line]) -> Result<String> {
     let photographs = photographs(outcome)?;
     let close_up = close_up(outcome)?;
+    let drawn = surface::picture(&outcome.material.build()?)?;
     let body = html! {
         h1 { (spec.name) }
         (verdict(outcome))
         (causes(outcome))
         @if let Some(choice) = choice { (report_choice::section(choice)) }
+        h2 { "The surface that was found" }
+        img.smooth alt="the fitted surface from near" src=(png_url(&drawn));
+        p { "Some periods in parallel projection, with the colours and BRDFs that were found, under direct light from the left." }
         (photographs)
         (close_up)
         (validation(outcome))
