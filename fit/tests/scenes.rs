@@ -7,9 +7,11 @@
 #[allow(dead_code, reason = "not every test program uses all of it")]
 mod support;
 
+use biscale_fit::photograph::close_up::BOX;
 use biscale_fit::run::Outcome;
+use support::drawn::drawn as drawn_fault;
 use support::question::GROOVES_MOVE;
-use support::rows::{Looked, compare_with_truth, dominant, probe, truths};
+use support::rows::{Looked, compare_with_truth, dominant, probe, sigmas_of_blur, truths};
 use support::scene::{Scene, drawn, fit_scene, photographed, scenes, written};
 use support::{material, set_under, with_control};
 
@@ -216,4 +218,38 @@ fn close_ups_of_all_scenes_tell_their_surfaces_apart() {
             assert!((-0.01 - deep..0.01).contains(&(period.length - 1.0)), "{}: {period:?}", scene.name);
         }
     }
+}
+
+/// What the photographs' own edges tell of their blur, over what was there, the extent of a pixel included.
+#[test]
+fn blur_of_close_ups_is_found_from_their_edges() {
+    for k in 0..10 {
+        let drawn = drawn_fault(k, 1, Some("none"));
+        let folder = tempfile::tempdir().unwrap();
+        let tables = photographed(&drawn.scene, folder.path());
+        let spec = written(&drawn.scene, folder.path(), &tables);
+        let survey = with_control(|control| biscale_fit::run::survey(&spec, control)).unwrap();
+        let with_pixel = |blur: f64| blur.hypot(BOX);
+        let ratio = with_pixel(survey.close_up.unwrap().blur.unwrap().pixels) / with_pixel(drawn.scene.faults.blur);
+        println!("{} {}: {ratio:.2}", drawn.surface, drawn.scene.faults.blur);
+        assert!((0.55..1.15).contains(&ratio), "{}: {ratio}", drawn.scene.name);
+    }
+}
+
+/// Ten pixels a thread: edges lie near each other, and how much they are blurred tells how wide threads are.
+#[test]
+fn what_is_not_known_of_the_blur_is_in_the_widths() {
+    let drawn = drawn_fault(151, 1, Some("none"));
+    let scene = &drawn.scene;
+    let folder = tempfile::tempdir().unwrap();
+    let tables = photographed(scene, folder.path());
+    let spec = written(scene, folder.path(), &tables);
+    let looked = Looked::new(&spec, &material(&scene.truth));
+    let [alone, with] = sigmas_of_blur(&looked, &scene.truth, &scene.faults, 0.25);
+    for ((name, alone), (_, with)) in alone.iter().zip(&with) {
+        println!("{name}: {alone:.4}, {with:.4}");
+        assert!(with >= alone, "{name}: {with} < {alone}");
+    }
+    let width = |of: &[(String, f64)]| of.iter().find(|(name, _)| name == "geometry.warp_width").unwrap().1;
+    assert!(width(&with) > 1.1 * width(&alone), "{} {}", width(&with), width(&alone));
 }

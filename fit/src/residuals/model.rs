@@ -110,6 +110,13 @@ impl<'a> Model<'a> {
         }
     }
 
+    /// Multiplies the blur of the close-up's edges: what would be seen if it were another one.
+    pub fn blur_by(&mut self, factor: f64) {
+        if let Some(near) = &mut self.near {
+            near.blur = factor;
+        }
+    }
+
     /// The surface as it is seen from near, if it is another one: threads are round there.
     ///
     /// # Errors

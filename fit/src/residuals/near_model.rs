@@ -25,6 +25,8 @@ pub(crate) struct NearModel<'a> {
     slots: Vec<Slot>,
     /// What the standard deviations of the mean period are multiplied by: how badly the material explains it, at least 1.
     pub(crate) doubt: f64,
+    /// What the blur of its edges is multiplied by, 1 but where it is asked what a wrong one would change.
+    pub(crate) blur: f64,
     /// Height at which the periods of the close-up were registered.
     height: f64,
     /// Interreflection texel by texel of the period, at that height.
@@ -35,7 +37,7 @@ impl<'a> NearModel<'a> {
     /// `None` without a close-up.
     pub(crate) fn new(input: ModelInput<'a>, sampling: Sampling, slots: Vec<Slot>) -> Option<Self> {
         let close_up = input.close_up?;
-        let mut near = Self { close_up, input, sampling, slots, doubt: 1.0, height: 0.0, interreflection: Vec::new() };
+        let mut near = Self { close_up, input, sampling, slots, doubt: 1.0, blur: 1.0, height: 0.0, interreflection: Vec::new() };
         near.register_at(0.0);
         Some(near)
     }
@@ -66,7 +68,7 @@ impl<'a> NearModel<'a> {
             return Ok(None);
         }
         let size = root_above(self.sampling.samples);
-        let blur = self.close_up.blur_in_periods(small.tile.period.to_array());
+        let blur = self.close_up.blur_in_periods(small.tile.period.to_array()).map(|blur| self.blur * blur);
         let params = ViewParams { size, round: self.is_weave(), blur, height: self.height, seed: self.sampling.seed };
         TileView::new(small, &self.slots, &self.close_up.pairs(light), &params, control).map(Some)
     }

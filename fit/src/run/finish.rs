@@ -270,7 +270,18 @@ fn uncertainty(
             Ok(model.evaluate_with(&best.point, Some(&evaluated.linear), control)?.map(|e| derivatives::residuals(&e)))
         })?;
         let replicates: Vec<Vec<f64>> = replicates.into_iter().flatten().filter(|r| r.len() == derivatives.rows.len()).collect();
-        Ok((identify::identify(model, &best.point, evaluated, &derivatives, &replicates), derivatives))
+        let blurred = in_parallel(&[1.0 - BLUR_SIGMA, 1.0 + BLUR_SIGMA], |_, &factor| {
+            let mut model = model_of(prepared, options, &prepared.fine, POLISH_SAMPLES, best, &variants[best.choice], control)?;
+            model.blur_by(factor);
+            Ok(model.evaluate_with(&best.point, Some(&evaluated.linear), control)?.map(|e| derivatives::residuals(&e)))
+        })?;
+        let changes = match &blurred[..] {
+            [Some(less), Some(more)] if less.len() == more.len() && less.len() == derivatives.rows.len() => {
+                vec![less.iter().zip(more).map(|(a, b)| 0.5 * (b - a)).collect()]
+            }
+            _ => Vec::new(),
+        };
+        Ok((identify::identify(model, &best.point, evaluated, &derivatives, (&replicates, &changes)), derivatives))
     })?;
     let Some((mut identified, derivatives)) = found else {
         parts.left_out.push(PROFILES_PART);
@@ -290,6 +301,11 @@ fn uncertainty(
     }
     Ok((identified, profiles))
 }
+
+/// Relative standard deviation of the blur that edges of a close-up tell. Of forty made close-ups what
+/// was found is .61 to 1.09 of what was there, less the finer the threads: twills .63 to .87, rods .61 to .89, plain weaves .73 to 1.09, grooves .81 to 1.02
+/// (`cargo test --test scenes blur`).
+const BLUR_SIGMA: f64 = 0.25;
 
 /// Names of parts of the report.
 pub const DIAGNOSIS: &str = "diagnosis";

@@ -3,8 +3,8 @@
 //! The residuals are linear in the colours and nearly so, near the best point, in everything else. Their derivatives there, by central
 //! differences over a step that visibility bits do not spoil, give the covariance `(Jᵀ S⁻¹ J)⁻¹`. `S` has for each group of rows (a distant
 //! photograph, the close-up) its mean squared residual, at least 1: a group that is not explained is not made up for by others that are. It has
-//! three times that, since the three channels of a pixel leave the same out. What other samples of the surface would change (`replicates`) is
-//! added to the covariance. The bounds count as knowledge as well, of a standard deviation of `range/√12`: what nothing tells has that one.
+//! three times that, since the three channels of a pixel leave the same out. What other samples of the surface would change (`replicates`), and
+//! what a wrong blur of the close-up would (`changes`), is added to the covariance. The bounds count as knowledge as well, of a standard deviation of `range/√12`: what nothing tells has that one.
 
 use crate::residuals::derivatives::{Derivatives, weights};
 use crate::residuals::equations::Evaluated;
@@ -166,6 +166,8 @@ struct BestPoint<'a> {
     derivatives: &'a Derivatives,
     /// Residuals there, colours and all, of models with other samples.
     replicates: &'a [Vec<f64>],
+    /// What residuals change by, each where something else is wrong by one of its standard deviations.
+    changes: &'a [Vec<f64>],
     /// Ranges of all unknowns in the units of the derivatives.
     range: Vec<f64>,
     /// Which linear unknowns lie on a bound of their own, and do not answer to the others.
@@ -198,35 +200,42 @@ impl BestPoint<'_> {
             // The bounds, whose knowledge no residual makes worse.
             gram[i * total + i] += PARAMS.bounds_precision;
         }
-        let mut found = Cholesky::new(&gram, total)?.inverse();
-        for answer in self.answers(&found, keep) {
+        let inverse = Cholesky::new(&gram, total)?.inverse();
+        let share = 1.0 / (self.replicates.len() as f64).sqrt();
+        let of_samples = self.differences().into_iter().map(|difference| (share, difference));
+        let of_changes = self.changes.iter().map(|change| (1.0, change.clone()));
+        let mut found = inverse.clone();
+        for (share, difference) in of_samples.chain(of_changes) {
+            let answer = self.answer(&inverse, keep, &difference);
             for i in (0..total).filter(|&i| !self.held[i]) {
                 for j in (0..total).filter(|&j| !self.held[j]) {
-                    found[i * total + j] += answer[i] * answer[j] / (self.replicates.len() as f64);
+                    found[i * total + j] += share * share * answer[i] * answer[j];
                 }
             }
         }
         Some(found)
     }
 
-    /// How the unknowns, in units of their ranges, answer to what each replicate's residuals differ by from the mean of all; `inverse` is that of the
-    /// weighted `JᵀJ`.
-    fn answers(&self, inverse: &[f64], keep: &dyn Fn(usize) -> bool) -> Vec<Vec<f64>> {
-        let Self { derivatives, replicates, range, .. } = self;
-        let roots = weights(self.evaluated);
-        let (n, count) = (range.len(), replicates.len() as f64);
-        let mean: Vec<f64> = (0..derivatives.rows.len()).map(|k| replicates.iter().map(|r| r[k]).sum::<f64>() / count).collect();
+    /// What each replicate's residuals differ by from the mean of all.
+    fn differences(&self) -> Vec<Vec<f64>> {
+        let count = self.replicates.len() as f64;
+        let mean: Vec<f64> = (0..self.derivatives.rows.len()).map(|k| self.replicates.iter().map(|r| r[k]).sum::<f64>() / count).collect();
         // The mean of the replicates is one of them as well.
         let unbiased = (count / (count - 1.0).max(1.0)).sqrt();
-        let answer = |replicate: &Vec<f64>| {
-            let mut gradient = vec![0.0; n];
-            for (k, row) in derivatives.rows.iter().enumerate() {
-                let r = unbiased * self.worth(keep, k) * roots[k] * (replicate[k] - mean[k]);
-                (0..n).for_each(|i| gradient[i] += row[i] * range[i] * r);
-            }
-            (0..n).map(|i| -(0..n).map(|j| inverse[i * n + j] * gradient[j]).sum::<f64>()).collect()
-        };
-        replicates.iter().map(answer).collect()
+        self.replicates.iter().map(|replicate| replicate.iter().zip(&mean).map(|(r, mean)| unbiased * (r - mean)).collect()).collect()
+    }
+
+    /// How the unknowns, in units of their ranges, answer to a change of the residuals; `inverse` is that of the weighted `JᵀJ`.
+    fn answer(&self, inverse: &[f64], keep: &dyn Fn(usize) -> bool, change: &[f64]) -> Vec<f64> {
+        let Self { derivatives, range, .. } = self;
+        let roots = weights(self.evaluated);
+        let n = range.len();
+        let mut gradient = vec![0.0; n];
+        for (k, row) in derivatives.rows.iter().enumerate() {
+            let r = self.worth(keep, k) * roots[k] * change[k];
+            (0..n).for_each(|i| gradient[i] += row[i] * range[i] * r);
+        }
+        (0..n).map(|i| -(0..n).map(|j| inverse[i * n + j] * gradient[j]).sum::<f64>()).collect()
     }
 
     /// How well unknown `i` is known, by its standard deviation as a share of the range and that without the close-up.
@@ -319,8 +328,15 @@ fn condition(gram: &[f64], n: usize) -> f64 {
     if low > 0.0 { (high / low).sqrt() } else { f64::INFINITY }
 }
 
-/// What is known at the best point. `replicates` are the residuals there, colours and all, of models with other samples.
-pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives: &Derivatives, replicates: &[Vec<f64>]) -> Identified {
+/// What is known at the best point. `replicates` are the residuals there, colours and all, of models with other samples; `changes` what
+/// residuals change by, each where something else that is not looked for is wrong by one of its standard deviations.
+pub fn identify(
+    model: &Model<'_>,
+    point: &[f64],
+    best: &Evaluated,
+    derivatives: &Derivatives,
+    (replicates, changes): (&[Vec<f64>], &[Vec<f64>]),
+) -> Identified {
     let counts: Vec<f64> = best.rows.iter().map(|(row, _)| row.weight).chain(best.fixed.iter().map(|_| 1.0)).collect();
     let residuals: f64 = counts.iter().sum();
     let chi2 = derivatives.residuals.iter().map(|r| r * r).sum::<f64>() / residuals.max(1.0);
@@ -330,6 +346,7 @@ pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives:
         evaluated: best,
         derivatives,
         replicates,
+        changes,
         range: ranges(model, point.len(), best),
         held: on_walls(model, point.len(), best),
         trust: trust(derivatives, &counts, model.input.photographs.len()),

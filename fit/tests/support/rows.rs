@@ -13,6 +13,7 @@ use biscale_fit::photograph::close_up::CloseUp;
 use biscale_fit::photograph::direction_bins::{DirectionBins, scene_of, sights};
 use biscale_fit::photograph::image::Role;
 use biscale_fit::photograph::mean_period::uniform;
+use biscale_fit::residuals::derivatives::{derivatives, residuals};
 use biscale_fit::residuals::equations::{Evaluated, Origin};
 use biscale_fit::residuals::input::{Interreflection, ModelInput, Sampling};
 use biscale_fit::residuals::interreflection::{NearScene, trace_interreflection};
@@ -22,6 +23,7 @@ use biscale_fit::residuals::unknowns::{Shot, UnknownKind, Variable};
 use biscale_fit::run::{FINE, Outcome, POLISH_SAMPLES};
 use biscale_fit::search::descent::{Evaluate, descend};
 use biscale_fit::search::optimise::Limits;
+use biscale_fit::uncertainty::identify::identify;
 use std::collections::BTreeMap;
 
 /// What each unknown was when the photographs were made, by its name; `None` for what is no number of the material.
@@ -217,6 +219,26 @@ pub fn probe(looked: &Looked<'_>, truth: &str, faults: &Faults) -> Probe {
             show(&model, &[&with_colours, &here, &there]);
         }
         Probe { off: off.collect(), objectives: [with_colours.objective, here.objective, there.objective] }
+    })
+}
+
+/// Standard deviations of all unknowns at the truth: of the residuals alone, and where the blur of the close-up is not known either, `share` of it.
+pub fn sigmas_of_blur(looked: &Looked<'_>, truth: &str, faults: &Faults, share: f64) -> [Vec<(String, f64)>; 2] {
+    with_control(|control| {
+        let (point, values, _) = looked.truth(truth, faults);
+        let mut model = looked.model(0, &values, None, control);
+        let here = model.evaluate(&point, control).unwrap().unwrap();
+        let slopes = derivatives(&model, &point, &here, control).unwrap();
+        let [less, more] = [1.0 - share, 1.0 + share].map(|factor| {
+            model.blur_by(factor);
+            residuals(&model.evaluate_with(&point, Some(&here.linear), control).unwrap().unwrap())
+        });
+        model.blur_by(1.0);
+        let change: Vec<f64> = less.iter().zip(&more).map(|(a, b)| 0.5 * (b - a)).collect();
+        [&[][..], &[change][..]].map(|changes| {
+            let found = identify(&model, &point, &here, &slopes, (&[], changes));
+            found.known.into_iter().map(|k| (k.name, k.sigma)).collect()
+        })
     })
 }
 
