@@ -82,7 +82,8 @@ fn a_fit_of_the_models_own_picture_finds_what_it_was_made_of_at_any_thread_count
     let difference: Value = serde_json::from_str(&compared.stdout).unwrap();
     assert!(difference["summary"]["relative_rms"].as_f64().unwrap() < 0.03, "{difference}");
     let report = std::fs::read_to_string(folder.path("out/report.html")).unwrap();
-    assert!(report.matches("data:image/png;base64,").count() == 2 && !report.contains("src=\"http"), "{}", report.len());
+    // The surface that was found, and two photographs.
+    assert!(report.matches("data:image/png;base64,").count() == 3 && !report.contains("src=\"http"), "{}", report.len());
     // Once more on two threads, and half of it again from the evaluations of the first.
     let read = |name: &str| std::fs::read(folder.path(name)).unwrap();
     let said = folder.run(["fit", "fit.toml", "-o", "two", "--starts", "3", "--threads", "2", "--quiet"]);
