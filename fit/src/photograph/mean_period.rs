@@ -105,6 +105,10 @@ impl MeanPeriod {
     }
 }
 
+/// Agreement of a picture with itself along one axis, over that along the other, from which on it repeats along both. Chosen, not measured: of cloths it is 1, and grooves
+/// have no period along them.
+const CLEAR: f64 = 0.5;
+
 /// What a picture that repeats has other than a tile: that is no matter of numbers that a search moves. `None` where it repeats as the tile does,
 /// or along no axis that says so.
 pub fn other_periods(period: [Option<Period>; 2], tile: TilePeriod) -> Option<String> {
@@ -115,6 +119,15 @@ pub fn other_periods(period: [Option<Period>; 2], tile: TilePeriod) -> Option<St
             "the close-up repeats along {}, where the material does not change, and not along {}: turn the photograph by 90 degrees, or the camera's `up`",
             name(k),
             name(1 - k)
+        ));
+    }
+    // Only one of them says so that is as clear as that along the axis where the material does change.
+    let clear = |k: usize| period[k].zip(period[1 - k]).is_some_and(|(own, other)| own.agreement >= CLEAR * other.agreement);
+    if let Some(k) = (0..2).find(|&k| tile.uniform[k] && !tile.uniform[1 - k] && clear(k)) {
+        return Some(format!(
+            "the close-up repeats along {} too, where the material does not change: it shows another structure; start with another material, or \
+             name `structures` that the photographs choose from",
+            name(k)
         ));
     }
     match period {
@@ -275,6 +288,16 @@ mod tests {
         for (found, truth) in found.iter().flatten().zip(truth.iter().flatten()) {
             assert!((found - truth).abs() < 1.5e-3, "{found:?} for {truth:?}");
         }
+    }
+
+    #[test]
+    fn a_cloth_is_no_print_of_grooves() {
+        let period = |agreement| Some(Period { length: 1.0, sigma: 0.01, agreement });
+        let grooves = TilePeriod { length: [1.0, 1.0], uniform: [false, true] };
+        let said = |agreement| other_periods([period(0.99), period(agreement)], grooves);
+        assert!(said(0.98).is_some_and(|said| said.contains("along y too")), "{:?}", said(0.98));
+        assert_eq!((said(0.2), other_periods([period(0.99), None], grooves)), (None, None));
+        assert_eq!(other_periods([period(0.99), period(0.98)], TilePeriod { uniform: [false; 2], ..grooves }), None);
     }
 
     #[test]
