@@ -257,7 +257,7 @@ impl Search<'_> {
             points.insert(0, best.point.clone());
         }
         let registration = best.registration.map(|registration| Registration { doubt: 1.0, ..registration });
-        let one = |(k, point)| Start { number: first + k, point, registration, evaluations: 0, ..best.clone() };
+        let one = |(k, point)| Start { number: first + k, point, registration, ..best.clone() };
         let starts: Vec<Start> = points.into_iter().enumerate().map(one).collect();
         let found = self.stage(Stage::Refine, &self.prepared.fine, FINE.samples, &starts, variants)?;
         watch.lap("refine");
