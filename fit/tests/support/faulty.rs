@@ -71,6 +71,7 @@ pub const FAULTS: &[Fault] = &[
     of_photographs("gamma 1.1", |f| Faults { gamma: 1.1, ..f }),
     of_photographs("gamma .45", |f| Faults { gamma: 0.45, ..f }),
     of_photographs("full at .7", |f| Faults { full_at: 0.7, ..f }),
+    of_photographs("close-up of 96 pixels", |f| Faults { near_pixels: 96, ..f }),
     of_photographs("lamp 2 widths away, said", |f| Faults { lamp: (2.0, true), ..f }),
     of_photographs("lamp 8 widths away", |f| Faults { lamp: (8.0, false), ..f }),
     of_photographs("falloff .1", |f| Faults { falloff: 0.1, ..f }),
