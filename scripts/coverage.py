@@ -3,6 +3,8 @@
 
 usage: scripts/coverage.py FOLDER... [--plot FILE.svg]
 
+A FOLDER is `OUT/seed-SEED` of that test.
+
 Each FOLDER has fits.csv and numbers.csv. Tables are Markdown, for docs/fit.md.
 """
 
@@ -21,13 +23,15 @@ def read(folders):
     for folder in folders:
         with open(folder / "fits.csv", newline="") as file:
             for row in csv.DictReader(file):
-                fits[row["fit"]] = dict(row, numbers=[])
+                fits[folder, int(row["fit"])] = dict(row, numbers=[])
         with open(folder / "numbers.csv", newline="") as file:
             for row in csv.DictReader(file):
-                if row["fit"] in fits:
+                if (folder, int(row["fit"])) in fits:
+                    if not float(row["sigma"]) > 0:
+                        raise SystemExit(f"{folder}/numbers.csv: fit {row['fit']}: sigma of {row['name']} is {row['sigma']}")
                     z = (float(row["value"]) - float(row["truth"])) / float(row["sigma"])
-                    fits[row["fit"]]["numbers"].append((row["name"], z, row["flagged"] == "1"))
-    return [fits[key] for key in sorted(fits, key=int)]
+                    fits[folder, int(row["fit"])]["numbers"].append((row["name"], z, row["flagged"] == "1"))
+    return list(fits.values())
 
 
 def unflagged(fits):
@@ -59,7 +63,7 @@ def coverage_row(name, fits):
     passed = [fit for fit in fits if fit["verdict"] == "pass"]
     values = unflagged(passed)
     worst = f"{max(values):.1f}" if values else "-"
-    over = sum(any(abs(z) > CONFIDENT and not flagged for _, z, flagged in fit["numbers"]) for fit in passed)
+    over = sum(not float(fit["worst"]) <= CONFIDENT for fit in passed)
     return [name, len(fits), len(passed), len(values), share(values, 1), share(values, 2), worst, over]
 
 

@@ -48,7 +48,9 @@ pub struct Screened {
     pub look: Look,
     /// About -2 ln of its evidence over that of the best one; among those that were looked at again.
     pub behind: Option<f64>,
-    /// What `behind` must be at least for the candidate to be clearly worse than the best one.
+    /// The same without what speaks for the candidate alone: what its free numbers cost less than those of the best one. This decides.
+    pub lead: Option<f64>,
+    /// What `lead` must be at least for the candidate to be clearly worse than the best one.
     pub enough: Option<f64>,
     /// Relative RMS difference of the distant photographs.
     pub training: Option<f64>,
@@ -95,6 +97,9 @@ impl Choice {
             return format!(
                 "\"{chosen}\" so far: the time limit ended the choice before all of the {all} candidates were looked at closely"
             );
+        }
+        if self.candidates.iter().all(|c| c.ruled_out.is_some()) {
+            return format!("none of the {all} candidates can be compared with the photographs: \"{chosen}\" is the start material");
         }
         match &self.tied()[..] {
             [] => format!("of {all} candidates the photographs show \"{chosen}\""),
@@ -178,7 +183,10 @@ impl Choosing<'_> {
             match looked {
                 Ok(looked) => {
                     evaluations += looked.as_ref().map_or(0, |l| l.evaluations);
-                    looks[k] = (if looked.is_some() { look } else { Look::None }, looked);
+                    // What a closer look does not find is as it was.
+                    if looked.is_some() {
+                        looks[k] = (look, looked);
+                    }
                     Ok(true)
                 }
                 Err(Error::Interrupted) => Ok(false),
@@ -273,6 +281,7 @@ fn choice(
             name: candidate.name.clone(),
             look: *look,
             behind: place.map(|p| evidence.scores[p] - evidence.scores[evidence.best()]).filter(|b| b.is_finite()),
+            lead: lead.map(|(lead, _)| lead).filter(|l| l.is_finite()),
             enough: lead.map(|(_, enough)| enough).filter(|e| e.is_finite()),
             training: looked.as_ref().map(|l| l.training),
             close_up: looked.as_ref().and_then(|l| l.close_up),
@@ -305,6 +314,7 @@ mod tests {
             name: name.to_owned(),
             look: Look::Second,
             behind: Some(0.0),
+            lead: Some(0.0),
             enough: Some(10.0),
             training: Some(training),
             close_up: Some(0.02),

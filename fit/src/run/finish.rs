@@ -10,7 +10,7 @@ use super::options::{COARSE, FINE, Options, POLISH_SAMPLES, SEARCH_SHARE};
 use super::outcome::{Compared, Early, Outcome};
 use super::prepared::{Prepared, sights_of};
 use super::scale_of_colours::{self, ScaleOfColours};
-use super::stages::{Searched, distance, model_of};
+use super::stages::{Searched, distance, is_doubted, model_of};
 use super::stopwatch::Stopwatch;
 use crate::fit_file::material_text::MaterialText;
 use crate::fit_file::variant::{self, Variant};
@@ -304,7 +304,7 @@ fn uncertainty(
 
 /// Relative standard deviation of the blur that edges of a close-up tell. Of forty made close-ups what
 /// was found is .61 to 1.09 of what was there, less the finer the threads: twills .63 to .87, rods .61 to .89, plain weaves .73 to 1.09, grooves .81 to 1.02
-/// (`cargo test --test scenes blur`).
+/// (`cargo test --test scenes blur` shows ten of them).
 const BLUR_SIGMA: f64 = 0.25;
 
 /// Names of parts of the report.
@@ -434,7 +434,9 @@ fn several(
     let best = &refined[0];
     let mut found: Vec<&Start> = Vec::new();
     for start in &refined[1..] {
-        let good = start.objective <= best.objective * (1.0 + EQUALLY_GOOD);
+        // Where the close-up was believed less, the objective is smaller by itself.
+        let alike = !is_doubted(start) || is_doubted(best);
+        let good = alike && start.objective <= best.objective * (1.0 + EQUALLY_GOOD);
         let far = |other: &Start| {
             variants[other.choice].clusters != variants[start.choice].clusters || distance(&other.point, &start.point) > APART
         };

@@ -348,7 +348,7 @@ fn choose(starts: Vec<Start>, variants: &[Variant], most: usize) -> (Vec<Start>,
 }
 
 /// Whether the close-up was believed less while a start was refined, since it was explained badly.
-fn is_doubted(start: &Start) -> bool {
+pub(super) fn is_doubted(start: &Start) -> bool {
     start.registration.is_some_and(|registration| registration.doubt > 1.0)
 }
 

@@ -32,7 +32,7 @@ enum Tables {
     Bounces(u32),
 }
 
-/// Faults, each as often as the others.
+/// Faults, in turns; none, and the light of the close-up, twice as often.
 const KINDS: [&str; 29] = [
     "none",
     "none",

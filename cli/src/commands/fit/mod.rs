@@ -172,7 +172,7 @@ pub fn run(args: &FitArgs, common: &CommonArgs) -> Result<u8> {
     let inputs: Vec<&Path> =
         candidates.iter().map(|c| &*c.material_file).chain([&*args.fit]).chain(question.photographs.iter().map(|p| &*p.file)).collect();
     let folder = Folder::new(args, &inputs)?;
-    let (spec, choice) = chosen(question, &candidates, &mut options, args, common)?;
+    let (spec, choice) = chosen(question, &candidates, &options, args, common)?;
     let mark = files::mark(&spec, &options);
     let evaluations = folder.folder.path().join(files::EVALUATIONS);
     let memory = if args.resume { files::read_trace(&evaluations, &mark)? } else { Memory::default() };
@@ -223,8 +223,8 @@ pub fn run(args: &FitArgs, common: &CommonArgs) -> Result<u8> {
     })
 }
 
-/// The question of the fit file asked of one material: the one that `--only` names, or the one that the photographs show. The choice takes its share of a time limit.
-fn chosen(question: Spec, all: &[Candidate], options: &mut Options, args: &FitArgs, common: &CommonArgs) -> Result<(Spec, Option<Choice>)> {
+/// The question of the fit file asked of one material: the one that `--only` names, or the one that the photographs show.
+fn chosen(question: Spec, all: &[Candidate], options: &Options, args: &FitArgs, common: &CommonArgs) -> Result<(Spec, Option<Choice>)> {
     if let Some(name) = &args.only {
         let names: Vec<&str> = all.iter().map(|c| &*c.name).collect();
         let found = all
@@ -236,9 +236,7 @@ fn chosen(question: Spec, all: &[Candidate], options: &mut Options, args: &FitAr
     if question.candidates.is_empty() {
         return Ok((question, None));
     }
-    let begun = Instant::now();
     let choice = progress::with_control(common, |control| choose(&question, options, control))?;
-    options.time_limit = options.time_limit.map(|limit| (limit - begun.elapsed().as_secs_f64()).max(0.0));
     let spec = question.of(&all[choice.chosen]);
     Ok((spec, Some(choice)))
 }

@@ -21,13 +21,14 @@ pub fn section(choice: &Choice) -> Markup {
         p { "Chosen: " (choice.sentence()) "." }
         table {
             tr {
-                th { "candidate" } th.n { "behind" } th.n { "enough" } th.n { "free numbers" } th.n { "training" } th.n { "close-up" } th.n { "held out" }
+                th { "candidate" } th.n { "behind" } th.n { "that counts" } th.n { "enough" } th.n { "free numbers" } th.n { "training" } th.n { "close-up" } th.n { "held out" }
                 th { "looked at" } th {}
             }
             @for c in &order {
                 tr {
                     td { @if c.name == *chosen { b { (c.name) } } @else { (c.name) } }
                     td.n { @if let Some(b) = c.behind { (format!("{b:.1}")) } @else { "-" } }
+                    td.n { @if let Some(l) = c.lead { (format!("{l:.1}")) } @else { "-" } }
                     td.n { @if let Some(e) = c.enough.filter(|_| c.behind.is_some_and(|b| b > 0.0)) { (format!("{e:.1}")) } @else { "-" } }
                     td.n { (c.numbers) } td.n { (percent(c.training)) } td.n { (percent(c.close_up)) } td.n { (percent(held_out(c))) }
                     td { (look(c.look)) } td { (remark(c)) }
@@ -35,8 +36,8 @@ pub fn section(choice: &Choice) -> Markup {
             }
         }
         p {
-            "Behind: about -2 ln of the evidence over that of the best one, from the photographs that were fitted, the held-out ones, and the number of free numbers. Candidates \
-             within \u{201c}enough\u{201d} of the best cannot be told apart: the one with the fewest free numbers is taken. Errors are those of the look; the chosen material's own, \
+            "Behind: about -2 ln of the evidence over that of the best one, from the photographs that were fitted, the held-out ones, and the number of free numbers. That \
+             counts: the same, but what free numbers cost counts against a candidate and never for it. Where that is less than \u{201c}enough\u{201d}, a candidate cannot be told from the best: the one with the fewest free numbers is taken. Errors are those of the look; the chosen material's own, \
              after its whole fit, stand below."
         }
         @for note in &choice.notes { p.flag { (note) } }
