@@ -70,7 +70,7 @@ def main():
         run("capture", samples / "cloth.png", "-o", work / "seen")
         run("plot", work / "seen/guess.toml", "-o", work)
         (gallery / "one-photograph-view.png").write_bytes((work / "guess-view.png").read_bytes())
-        run("render", "samples/scenes/pillow.toml", "--material", work / "seen/guess.toml", "-o", gallery / "one-photograph-pillow.png", "--tolerance", 0.02, "--exposure", -1.8, "--force")
+        run("render", samples / "scenes/pillow.toml", "--material", work / "seen/guess.toml", "-o", gallery / "one-photograph-pillow.png", "--tolerance", 0.02, "--exposure", -1.8, "--force")
 
 
 if __name__ == "__main__":

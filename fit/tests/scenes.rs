@@ -220,10 +220,11 @@ fn close_ups_of_all_scenes_tell_their_surfaces_apart() {
     }
 }
 
-/// What the photographs' own edges tell of their blur, over what was there, the extent of a pixel included.
+/// What the photographs' own edges tell of their blur, over what was there, the extent of a pixel included; of `COUNT` surfaces.
 #[test]
 fn blur_of_close_ups_is_found_from_their_edges() {
-    for k in 0..10 {
+    let count = std::env::var("COUNT").map_or(10, |count| count.parse().unwrap());
+    for k in 0..count {
         let drawn = drawn_fault(k, 1, Some("none"));
         let folder = tempfile::tempdir().unwrap();
         let tables = photographed(&drawn.scene, folder.path());
@@ -232,7 +233,7 @@ fn blur_of_close_ups_is_found_from_their_edges() {
         let with_pixel = |blur: f64| blur.hypot(BOX);
         let ratio = with_pixel(survey.close_up.unwrap().blur.unwrap().pixels) / with_pixel(drawn.scene.faults.blur);
         println!("{} {}: {ratio:.2}", drawn.surface, drawn.scene.faults.blur);
-        assert!((0.55..1.15).contains(&ratio), "{}: {ratio}", drawn.scene.name);
+        assert!((0.6..1.1).contains(&ratio), "{}: {ratio}", drawn.scene.name);
     }
 }
 
@@ -246,10 +247,9 @@ fn what_is_not_known_of_the_blur_is_in_the_widths() {
     let spec = written(scene, folder.path(), &tables);
     let looked = Looked::new(&spec, &material(&scene.truth));
     let [alone, with] = sigmas_of_blur(&looked, &scene.truth, &scene.faults, 0.25);
-    for ((name, alone), (_, with)) in alone.iter().zip(&with) {
-        println!("{name}: {alone:.4}, {with:.4}");
-        assert!(with >= alone, "{name}: {with} < {alone}");
-    }
-    let width = |of: &[(String, f64)]| of.iter().find(|(name, _)| name == "geometry.warp_width").unwrap().1;
-    assert!(width(&with) > 1.1 * width(&alone), "{} {}", width(&with), width(&alone));
+    let sigma = |of: &[(String, f64)], name: &str| of.iter().find(|(other, _)| other == name).unwrap().1;
+    let larger = |name: &str| sigma(&with, name) / sigma(&alone, name);
+    // The light of the distant photographs has nothing to do with it.
+    let [warp, weft, light] = ["geometry.warp_width", "geometry.weft_width", "light 1 azimuth_deg"].map(larger);
+    assert!(warp > 1.3 && weft > 1.3 && light < 1.05, "{warp} {weft} {light}");
 }

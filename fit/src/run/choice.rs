@@ -167,7 +167,7 @@ impl Choosing<'_> {
         let mut looks: Vec<(Look, Option<Looked>)> = vec![(Look::None, None); all.len()];
         let mut is_over = false;
         let mut evaluations = 0;
-        let mut steps = 0;
+        let (mut steps, mut refused) = (0, Vec::new());
         let mut look = |k: usize, look: Look, looks: &mut Vec<(Look, Option<Looked>)>| -> Result<bool> {
             steps += 1;
             (control.progress)("candidates", 1.0 - 1.0 / (1.0 + f64::from(steps) / all.len() as f64));
@@ -191,7 +191,10 @@ impl Choosing<'_> {
                 }
                 Err(Error::Interrupted) => Ok(false),
                 // What makes no surface is no candidate.
-                Err(Error::BadInput(_)) => Ok(true),
+                Err(Error::BadInput(bad)) => {
+                    refused.push(format!("{}: {bad}", all[k].name));
+                    Ok(true)
+                }
                 Err(error) => Err(error),
             }
         };
@@ -221,6 +224,7 @@ impl Choosing<'_> {
         if is_over {
             notes.push("the time limit ended the choice: candidates that were not looked at closely may be the better ones".to_owned());
         }
+        notes.extend(refused);
         notes.extend(
             evidence
                 .left_out

@@ -5,10 +5,12 @@ use super::options::POLISH_SAMPLES;
 use super::outcome::Compared;
 use crate::photograph::direction_bins::DirectionBins;
 use crate::photograph::image::Photograph;
+use crate::residuals::equations::Evaluated;
 use crate::residuals::input::Interreflection;
 use crate::residuals::interreflection::trace_interreflection;
+use crate::residuals::model::Model;
 use crate::residuals::near_interreflection::PathOptions;
-use crate::residuals::unknowns;
+use crate::residuals::unknowns::{self, Shot, stray_light};
 use crate::verdict::picture;
 use crate::verdict::validate::{self, Validation, verdict};
 use biscale::error::Result;
@@ -174,6 +176,12 @@ impl Validating<'_> {
         notes.extend(found.notes.iter().map(|note| format!("{name}: {note}")));
         Ok(Some(found))
     }
+}
+
+/// Stray light of a fitted photograph over the mean radiance of its pixels: what to expect of another one. That of the first distant one.
+pub(super) fn usual_stray_light(bins: &DirectionBins, model: &Model<'_>, evaluated: &Evaluated) -> [f64; 3] {
+    let found = stray_light(&model.unknowns, &evaluated.linear, Shot::Distant(0));
+    std::array::from_fn(|c| if bins.mean[c] > 0.0 { found[c] / bins.mean[c] } else { 0.0 })
 }
 
 #[cfg(test)]

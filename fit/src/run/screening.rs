@@ -1,6 +1,6 @@
 //! One candidate before the photographs: how well it explains them, by a search that is shorter than that of a fit.
 
-use super::comparison::{Fitted, Validating};
+use super::comparison::{Fitted, Validating, usual_stray_light};
 use super::diagnosis::Plain;
 use super::found::found;
 use super::held_out_density::HeldOut;
@@ -13,7 +13,7 @@ use crate::photograph::image::Photograph;
 use crate::residuals::equations::{Evaluated, Origin, huber};
 use crate::residuals::input::material_values;
 use crate::residuals::model::{Model, Registration};
-use crate::residuals::unknowns::{Shot, UnknownKind, Variable, stray_light};
+use crate::residuals::unknowns::{UnknownKind, Variable};
 use crate::search::descent::descend;
 use crate::search::optimise::Limits;
 use crate::search::{Memory, SearchShared, Start, Told, starts};
@@ -62,11 +62,11 @@ impl Looking<'_> {
         let variants = prepared.variants();
         let mut best: Option<Start> = None;
         for choice in (0..variants.likely).filter(|&k| variants.all[k].sides == variants.all[0].sides) {
-            let begin = blank(choice);
+            let begin = Start::blank(choice);
             let model = model_of(prepared, options, &prepared.coarse, COARSE.samples, &begin, &variants.all[choice], control)?;
             let point = starts(&model, 1, options.seed).swap_remove(0);
             let objective = model.objective(&point, control)?;
-            let start = Start { point, objective, ..blank(choice) };
+            let start = Start { point, objective, ..Start::blank(choice) };
             if best.as_ref().is_none_or(|best| start.objective < best.objective) {
                 best = Some(start);
             }
@@ -88,7 +88,7 @@ impl Looking<'_> {
         let (memory, variants) = (Memory::default(), prepared.variants());
         let shared = SearchShared::new(control, None, &memory, Told { better: &|_, _| {}, kept: &|_, _| {} });
         let search = Search { prepared, options, shared: &shared };
-        let mut start = search.explored(&variants, &mut stopwatch(control))?.swap_remove(0);
+        let mut start = search.explored(&variants, &mut Stopwatch::new(control))?.swap_remove(0);
         control.check()?;
         if !start.objective.is_finite() {
             return Ok(None);
@@ -116,7 +116,7 @@ impl Looking<'_> {
         let options = &Options { joint: false, ..self.options.clone() };
         let memory = Memory::default();
         let shared = SearchShared::new(control, None, &memory, Told { better: &|_, _| {}, kept: &|_, _| {} });
-        let searched = Search { prepared, options, shared: &shared }.run(&mut stopwatch(control))?;
+        let searched = Search { prepared, options, shared: &shared }.run(&mut Stopwatch::new(control))?;
         control.check()?;
         let looked = self.at(options, &searched.starts[0], super::options::POLISH_SAMPLES)?;
         Ok(looked.map(|looked| Looked { evaluations: shared.evaluations(), ..looked }))
@@ -201,30 +201,6 @@ fn believe(model: &mut Model<'_>, point: &[f64], control: &Control<'_>) -> Resul
         model.register(Registration { doubt: 1.0, ..registration });
     }
     Ok(())
-}
-
-/// Stray light over the mean radiance of a photograph's pixels.
-fn usual_stray_light(bins: &DirectionBins, model: &Model<'_>, evaluated: &Evaluated) -> [f64; 3] {
-    let found = stray_light(&model.unknowns, &evaluated.linear, Shot::Distant(0));
-    std::array::from_fn(|c| if bins.mean[c] > 0.0 { found[c] / bins.mean[c] } else { 0.0 })
-}
-
-fn blank(choice: usize) -> Start {
-    Start {
-        number: 0,
-        point: Vec::new(),
-        objective: f64::INFINITY,
-        evaluations: 0,
-        converged: false,
-        restarts: 0,
-        choice,
-        registration: None,
-        interreflection: None,
-    }
-}
-
-fn stopwatch<'a>(control: &'a Control<'a>) -> Stopwatch<'a> {
-    Stopwatch { control, last: (control.clock)(), parts: Vec::new() }
 }
 
 /// What was held out, as tables that all candidates share.

@@ -9,7 +9,11 @@ pub(super) struct Stopwatch<'a> {
     pub(super) parts: Vec<(&'static str, f64)>,
 }
 
-impl Stopwatch<'_> {
+impl<'a> Stopwatch<'a> {
+    pub(super) fn new(control: &'a Control<'a>) -> Self {
+        Self { control, last: (control.clock)(), parts: Vec::new() }
+    }
+
     pub(super) fn lap(&mut self, name: &'static str) {
         let now = (self.control.clock)();
         self.parts.push((name, now - self.last));

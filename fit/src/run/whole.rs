@@ -27,7 +27,7 @@ use std::sync::atomic::AtomicBool;
 /// # Errors
 /// Bad input; failures of the filter. Not `Interrupted` once the search has evaluated anything: then the outcome is the best so far.
 pub fn fit(spec: &Spec, options: &Options, memory: &Memory, watcher: Watcher<'_>, control: &Control<'_>) -> Result<Outcome> {
-    let mut watch = Stopwatch { control, last: (control.clock)(), parts: Vec::new() };
+    let mut watch = Stopwatch::new(control);
     let began = watch.last;
     (control.progress)("photographs", 0.0);
     let prepared = Prepared::new(spec, control)?;

@@ -35,6 +35,23 @@ pub struct Start {
     pub interreflection: Option<Arc<Interreflection>>,
 }
 
+impl Start {
+    /// One of which nothing is known yet.
+    pub fn blank(choice: usize) -> Self {
+        Self {
+            number: 0,
+            point: Vec::new(),
+            objective: f64::INFINITY,
+            evaluations: 0,
+            converged: false,
+            restarts: 0,
+            choice,
+            registration: None,
+            interreflection: None,
+        }
+    }
+}
+
 /// Points of a Latin hypercube: in each coordinate one point in each of `count` equal parts.
 pub fn latin_hypercube(count: usize, dimensions: usize, seed: u64) -> Vec<Vec<f64>> {
     let [high, low] = halves(seed);
