@@ -289,3 +289,22 @@ fn new_fit_writes_a_template_and_refuses_a_folder_that_is_no_capture() {
     let said = folder.run(["new", "fit", "captured", "other.toml"]);
     assert!(said.status == 2 && said.stderr.contains("capture.json"), "{}", said.stderr);
 }
+
+#[test]
+fn photographs_choose_between_structures_and_say_what_they_cannot_tell_apart() {
+    let folder = folder();
+    let text = fit_file();
+    // All that may move is what each structure has.
+    let tables = text.find("[[parameter]]").unwrap();
+    let named = "moves = \"all\"\nstructures = [\"grooves\", \"v-grooves\"]\nreflectances = [\"lambert\", \"gloss\"]\n[camera]";
+    folder.write("choice.toml", text[..tables].replacen("[camera]", named, 1));
+    let said = folder.run(["fit", "choice.toml", "-o", "chosen", "--starts", "2"]);
+    assert_eq!(said.status, 0, "{}", said.stderr);
+    assert!(said.stdout.contains("\"v-grooves, lambert\" of 4 candidates"), "{}", said.stdout);
+    let choice = &json(&folder.path("chosen/fit.json"))["choice"];
+    let candidates = choice["candidates"].as_array().unwrap();
+    let of = |name: &str| candidates.iter().find(|c| c["name"] == name).unwrap();
+    assert_eq!(of("v-grooves, gloss")["tied"], true, "a gloss of nothing is no other material: {choice}");
+    assert!(of("grooves, lambert")["tied"] == false && of("grooves, gloss")["tied"] == false, "{choice}");
+    assert!(std::fs::read_to_string(folder.path("chosen/material.toml")).unwrap().contains("profile = \"v\""));
+}
