@@ -301,7 +301,7 @@ fn photographs_choose_between_structures_and_say_what_they_cannot_tell_apart() {
     let said = folder.run(["fit", "choice.toml", "-o", "chosen", "--starts", "2"]);
     assert_eq!(said.status, 0, "{}", said.stderr);
     assert!(said.stdout.contains("\"v-grooves, lambert\" of 4 candidates"), "{}", said.stdout);
-    let choice = &json(&folder.path("chosen/fit.json"))["choice"];
+    let choice = &json(&folder.path("chosen/fit.json"))["choice"]["of"];
     let candidates = choice["candidates"].as_array().unwrap();
     let of = |name: &str| candidates.iter().find(|c| c["name"] == name).unwrap();
     assert_eq!(of("v-grooves, gloss")["tied"], true, "a gloss of nothing is no other material: {choice}");
