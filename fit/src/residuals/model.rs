@@ -82,7 +82,7 @@ impl<'a> Model<'a> {
         }
         Ok(Self {
             input,
-            variables: variables(input.spec),
+            variables: variables(input.spec, input.close_up),
             unknowns: unknowns(input.spec, input.photographs.len(), input.close_up.and_then(CloseUp::exposures)),
             near,
             samples_in_place: CommonRandomNumbers::new(&small, sampling.samples, sampling.seed, &pairs, control)?,
@@ -110,13 +110,6 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// Multiplies the blur of the close-up's edges: what would be seen if it were another one.
-    pub fn blur_by(&mut self, factor: f64) {
-        if let Some(near) = &mut self.near {
-            near.blur = factor;
-        }
-    }
-
     /// The surface as it is seen from near, if it is another one: threads are round there.
     ///
     /// # Errors
@@ -137,6 +130,7 @@ impl<'a> Model<'a> {
         let mut values: Vec<f64> = spec.parameters.iter().map(|p| if p.is_free() { p.start } else { p.bounds[0] }).collect();
         let mut lights = vec![[0.0; 2]; self.input.photographs.len()];
         let mut near_light = [0.0; 2];
+        let mut blur = 1.0;
         let mut linear = Vec::new();
         for (variable, &unit) in self.variables.iter().zip(point) {
             let value = variable.at(spec, &self.unknowns, unit);
@@ -144,10 +138,11 @@ impl<'a> Model<'a> {
                 Variable::Parameter(k) => values[*k] = value,
                 Variable::Light { shot: Shot::Distant(photograph), axis, .. } => lights[*photograph][*axis] = value,
                 Variable::Light { shot: Shot::CloseUp, axis, .. } => near_light[*axis] = value,
+                Variable::Blur => blur = value,
                 Variable::Linear(k) => linear.push((*k, value)),
             }
         }
-        State { values, lights, near_light, linear }
+        State { values, lights, near_light, blur, linear }
     }
 
     /// The objective at a point of the unit box; infinite where the numbers make no surface, or nothing finite comes out.
@@ -201,7 +196,7 @@ impl<'a> Model<'a> {
         };
         let basis_reflectance = samples.on(&small, control)?.basis_reflectance(&pairs, &self.slots)?;
         let view = match &self.near {
-            Some(near) => near.view(near.rounded(&values)?.as_ref().unwrap_or(&small), state.near_light, control)?,
+            Some(near) => near.view(near.rounded(&values)?.as_ref().unwrap_or(&small), &state, control)?,
             None => None,
         };
         Ok(Some(SeenState { state, small, basis_reflectance, view }))

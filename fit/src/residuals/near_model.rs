@@ -9,6 +9,7 @@ use crate::residuals::input::{Interreflection, ModelInput, Sampling};
 use crate::residuals::near_interreflection;
 use crate::residuals::params::PARAMS;
 use crate::residuals::registration::{self, Windows};
+use crate::residuals::state::State;
 use crate::residuals::tile_view::{TileView, ViewParams};
 use crate::residuals::unknowns::Shot;
 use biscale::error::{Error, Result};
@@ -25,8 +26,6 @@ pub(crate) struct NearModel<'a> {
     slots: Vec<Slot>,
     /// What the standard deviations of the mean period are multiplied by: how badly the material explains it, at least 1.
     pub(crate) doubt: f64,
-    /// What the blur of its edges is multiplied by, 1 but where it is asked what a wrong one would change.
-    pub(crate) blur: f64,
     /// Height at which the periods of the close-up were registered.
     height: f64,
     /// Interreflection texel by texel of the period, at that height.
@@ -37,7 +36,7 @@ impl<'a> NearModel<'a> {
     /// `None` without a close-up.
     pub(crate) fn new(input: ModelInput<'a>, sampling: Sampling, slots: Vec<Slot>) -> Option<Self> {
         let close_up = input.close_up?;
-        let mut near = Self { close_up, input, sampling, slots, doubt: 1.0, blur: 1.0, height: 0.0, interreflection: Vec::new() };
+        let mut near = Self { close_up, input, sampling, slots, doubt: 1.0, height: 0.0, interreflection: Vec::new() };
         near.register_at(0.0);
         Some(near)
     }
@@ -61,16 +60,16 @@ impl<'a> NearModel<'a> {
         };
     }
 
-    /// One period as the close-up shows it under its light turned by `light`, degrees of azimuth and elevation, by as many rays as the model
-    /// has samples; `None` where the close-up shows nothing.
-    pub(crate) fn view(&self, small: &SmallScale, light: [f64; 2], control: &Control<'_>) -> Result<Option<TileView>> {
+    /// One period as the close-up shows it under the light and with the blur of a state, by as many rays as the model has samples; `None` where
+    /// the close-up shows nothing.
+    pub(crate) fn view(&self, small: &SmallScale, state: &State, control: &Control<'_>) -> Result<Option<TileView>> {
         if self.close_up.middle.is_none() {
             return Ok(None);
         }
         let size = root_above(self.sampling.samples);
-        let blur = self.close_up.blur_in_periods(small.tile.period.to_array()).map(|blur| self.blur * blur);
+        let blur = self.close_up.blur_in_periods(small.tile.period.to_array()).map(|blur| state.blur * blur);
         let params = ViewParams { size, round: self.is_weave(), blur, height: self.height, seed: self.sampling.seed };
-        TileView::new(small, &self.slots, &self.close_up.pairs(light), &params, control).map(Some)
+        TileView::new(small, &self.slots, &self.close_up.pairs(state.near_light), &params, control).map(Some)
     }
 
     fn is_weave(&self) -> bool {

@@ -1,4 +1,4 @@
-//! Residuals of what is known beforehand: priors of parameters, of the lights' directions and of the close-up's exposure, and what unlit pixels
+//! Residuals of what is known beforehand: priors of parameters, of the lights' directions and of the close-up's blur and exposure, and what unlit pixels
 //! and the background say of the stray light.
 
 use crate::fit_file::spec::Parameter;
@@ -8,7 +8,7 @@ use crate::residuals::block::ResidualBlock;
 use crate::residuals::colour_basis::ColourBasis;
 use crate::residuals::equations::{Equations, Origin, Row};
 use crate::residuals::state::State;
-use crate::residuals::unknowns::{Shot, UnknownKind, Variable};
+use crate::residuals::unknowns::{BLUR_PRIOR, Shot, UnknownKind, Variable};
 
 /// Least standard deviation of a stray-light offset or an exposure: that of a photograph that is black all over, or whose exposure is exact.
 const LEAST_SIGMA: f64 = 1e-12;
@@ -38,13 +38,13 @@ impl ResidualBlock for Priors<'_> {
             }
         }
         for variable in self.variables {
-            if let Variable::Light { shot, axis, sigma } = variable {
-                let light = match shot {
-                    Shot::Distant(k) => self.state.lights[*k],
-                    Shot::CloseUp => self.state.near_light,
-                };
-                equations.fixed.push((light[*axis] / sigma, Origin::Prior));
-            }
+            let off = match variable {
+                Variable::Light { shot: Shot::Distant(k), axis, sigma } => self.state.lights[*k][*axis] / sigma,
+                Variable::Light { shot: Shot::CloseUp, axis, sigma } => self.state.near_light[*axis] / sigma,
+                Variable::Blur => (self.state.blur.ln() - BLUR_PRIOR[0]) / BLUR_PRIOR[1],
+                Variable::Parameter(_) | Variable::Linear(_) => continue,
+            };
+            equations.fixed.push((off, Origin::Prior));
         }
         for (k, unknown) in basis.unknowns.iter().enumerate() {
             let known = match unknown.kind {
@@ -94,12 +94,18 @@ mod tests {
             dark: Dark { unlit, background: None },
             ..DirectionBins::default()
         });
-        let state = State { values: vec![0.9, 0.6], lights: vec![[0.0; 2], [0.0, -3.0]], near_light: [4.5, 0.0], linear: Vec::new() };
+        let state = State {
+            values: vec![0.9, 0.6],
+            lights: vec![[0.0; 2], [0.0, -3.0]],
+            near_light: [4.5, 0.0],
+            blur: (BLUR_PRIOR[0] - 0.5).exp(),
+            linear: Vec::new(),
+        };
         let close_up = CloseUp { exposure_sigma: Some(0.07), mean: [3.0; 3], ..CloseUp::default() };
         let light = |shot, axis| Variable::Light { shot, axis, sigma: 1.5 };
         let priors = Priors {
             parameters: &[parameter(None), parameter(Some([0.4, 0.1]))],
-            variables: &[Variable::Parameter(0), light(Shot::Distant(1), 1), light(Shot::CloseUp, 0)],
+            variables: &[Variable::Parameter(0), light(Shot::Distant(1), 1), light(Shot::CloseUp, 0), Variable::Blur],
             state: &state,
             photographs: &photographs,
             close_up: Some(&close_up),
@@ -107,10 +113,10 @@ mod tests {
         };
         let mut equations = Equations::default();
         priors.add_to(&grooves.basis(), &mut equations);
-        let [(parameter, Origin::Prior), (light, Origin::Prior), (near, Origin::Prior)] = equations.fixed[..] else {
+        let [(parameter, Origin::Prior), (light, Origin::Prior), (near, Origin::Prior), (blur, Origin::Prior)] = equations.fixed[..] else {
             panic!("{:?}", equations.fixed)
         };
-        assert!((parameter - 2.0).abs() < 1e-12 && light == -2.0 && near == 3.0, "{:?}", equations.fixed);
+        assert!((parameter - 2.0).abs() < 1e-12 && light == -2.0 && near == 3.0 && (blur + 2.0).abs() < 1e-12, "{:?}", equations.fixed);
         let [(dark, _), (seen, origin), (near, _), (exposure, _)] = &equations.rows[..] else { panic!("{:?}", equations.rows) };
         assert!(dark.terms == [(3, 1.0)] && dark.value == 0.0 && (dark.sigma - 0.08).abs() < 1e-12, "{dark:?}");
         assert!(seen.terms == [(4, 1.0)] && seen.value == 0.1 && (seen.sigma - 0.004_f64.hypot(0.04)).abs() < 1e-12, "{seen:?}");

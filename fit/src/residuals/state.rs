@@ -9,6 +9,8 @@ pub struct State {
     pub lights: Vec<[f64; 2]>,
     /// The same of the light of the close-up.
     pub near_light: [f64; 2],
+    /// Blur of the close-up over what its edges tell.
+    pub blur: f64,
     /// Linear unknowns that the search moves.
     pub linear: Vec<(usize, f64)>,
 }

@@ -4,12 +4,11 @@
 use super::options::{COARSE, Options};
 use super::prepared::Prepared;
 use super::stages::{Search, model_of};
-use crate::fit_file::spec::Spec;
 use crate::fit_file::variant::Variant;
 use crate::parallel::in_parallel;
 use crate::residuals::equations::Evaluated;
 use crate::residuals::model::{Model, Registration};
-use crate::residuals::unknowns::{self, Variable};
+use crate::residuals::unknowns::Variable;
 use crate::search::descent::{Evaluate, descend};
 use crate::search::optimise::Limits;
 use crate::search::{Memory, SearchShared, Start, Told};
@@ -123,11 +122,11 @@ fn explained(
     let memory = Memory::default();
     let shared = SearchShared::new(control, None, &memory, Told { better: &|_, _| {}, kept: &|_, _| {} });
     let search = Search { prepared, options, shared: &shared };
-    let here = translated(before.spec, prepared.spec, &best.point);
+    let here = translated(before, prepared, &best.point);
     // What was traced is known by its bins.
     let members = |of: &Prepared<'_>| of.fine.iter().map(|bins| bins.members.clone()).collect::<Vec<_>>();
     let is_traced = prepared.spec.bounces == before.spec.bounces && members(prepared) == members(before);
-    let variables = unknowns::variables(prepared.spec);
+    let variables = prepared.variables();
     let as_given = variables.iter().zip(&here).map(|(v, &u)| if matches!(v, Variable::Light { .. }) { 0.5 } else { u });
     let parameters = &prepared.spec.parameters;
     let own: Vec<f64> =
@@ -187,19 +186,20 @@ fn from(prepared: &Prepared<'_>, options: &Options, start: &Start, variant: &Var
 }
 
 /// A point of the search of one fit file as a point of another's, whose lights have other bounds, or are held in one of the two.
-fn translated(from: &Spec, to: &Spec, point: &[f64]) -> Vec<f64> {
-    let olds: Vec<(Variable, f64)> = unknowns::variables(from).into_iter().zip(point.iter().copied()).collect();
+fn translated(from: &Prepared<'_>, to: &Prepared<'_>, point: &[f64]) -> Vec<f64> {
+    let olds: Vec<(Variable, f64)> = from.variables().into_iter().zip(point.iter().copied()).collect();
     let one = |new: Variable| {
         let same = |(old, unit): &(Variable, f64)| match (old, &new) {
             (Variable::Parameter(a), Variable::Parameter(b)) => (a == b).then_some(*unit),
             (Variable::Light { shot: a, axis: i, sigma: old }, Variable::Light { shot: b, axis: j, sigma: new }) => {
                 (a == b && i == j).then_some((0.5 + (unit - 0.5) * old / new).clamp(0.0, 1.0))
             }
+            (Variable::Blur, Variable::Blur) => Some(*unit),
             _ => None,
         };
         olds.iter().find_map(same).unwrap_or(0.5)
     };
-    unknowns::variables(to).into_iter().map(one).collect()
+    to.variables().into_iter().map(one).collect()
 }
 
 /// Evaluations that nobody notes.

@@ -21,7 +21,7 @@ use crate::photograph::image::{Photograph, Role};
 use crate::residuals::derivatives;
 use crate::residuals::equations::Evaluated;
 use crate::residuals::model::Model;
-use crate::residuals::unknowns::{self, Shot, UnknownKind, stray_light};
+use crate::residuals::unknowns::{Shot, UnknownKind, stray_light};
 use crate::search::{APART, SearchShared, Start, Trace};
 use crate::uncertainty::identify::{self, Identified, Known};
 use crate::uncertainty::profile::{self, Profile};
@@ -128,19 +128,13 @@ fn report(
     let control = &Control { cancel: &never, ..parts.optional };
     // Whatever the search moved, the colours are solved for here.
     let solved = Options { joint: false, ..options.clone() };
-    let best = &Start { point: starts[0].point[..unknowns::variables(spec).len()].to_vec(), ..starts[0].clone() };
+    let best = &Start { point: starts[0].point[..prepared.variables().len()].to_vec(), ..starts[0].clone() };
     let model = model_of(prepared, &solved, &prepared.fine, POLISH_SAMPLES, best, &variants[best.choice], control)?;
     let Some(evaluated) = model.evaluate(&best.point, control)? else { return Err(no_surface(prepared)) };
     let state = model.state(&best.point);
-    let (mut identified, profiles, without_blur) = uncertainty(prepared, &solved, &model, &evaluated, best, early, &mut parts)?;
+    let (mut identified, profiles) = uncertainty(prepared, &solved, &model, &evaluated, best, early, &mut parts)?;
     watch.lap("uncertainty");
     let mut notes = prepared.notes.clone();
-    if without_blur {
-        notes.push(
-            "what a wrong blur of the close-up would change is not in the standard deviations: blurred otherwise it is compared otherwise"
-                .to_owned(),
-        );
-    }
     notes.extend(best.interreflection.iter().flat_map(|found| found.notes.iter().cloned()));
     if spec.bounces > 0 && best.interreflection.is_none() {
         notes.push(
@@ -250,8 +244,7 @@ fn likely_causes(
     Ok(causes)
 }
 
-/// How well the unknowns are known, profiles of those that are known worst, and whether the blur of the close-up could not be reckoned with. Where the search
-/// ended early there are no profiles.
+/// How well the unknowns are known, and profiles of those that are known worst. Where the search ended early there are no profiles.
 fn uncertainty(
     prepared: &Prepared<'_>,
     options: &Options,
@@ -260,7 +253,7 @@ fn uncertainty(
     best: &Start,
     early: Option<Early>,
     parts: &mut Parts<'_>,
-) -> Result<(Identified, Vec<Profile>, bool)> {
+) -> Result<(Identified, Vec<Profile>)> {
     let variants = prepared.variants().all;
     let found = parts.make(STANDARD_DEVIATIONS, 0.0, |control| {
         let derivatives = derivatives::derivatives(model, &best.point, evaluated, control)?;
@@ -270,19 +263,15 @@ fn uncertainty(
             Ok(model.evaluate_with(&best.point, Some(&evaluated.linear), control)?.map(|e| derivatives::residuals(&e)))
         })?;
         let replicates: Vec<Vec<f64>> = replicates.into_iter().flatten().filter(|r| r.len() == derivatives.rows.len()).collect();
-        let blurred = blur_change(prepared, options, best, evaluated, control)?.filter(|change| change.len() == derivatives.rows.len());
-        // Colour clusters may have other tones where edges are blurred otherwise: then rows are not the same.
-        let without_blur = blurred.is_none() && prepared.close_up.as_ref().is_some_and(|found| found.blur.is_some());
-        let changes: Vec<Vec<f64>> = blurred.into_iter().collect();
-        Ok((identify::identify(model, &best.point, evaluated, &derivatives, (&replicates, &changes)), derivatives, without_blur))
+        Ok((identify::identify(model, &best.point, evaluated, &derivatives, &replicates), derivatives))
     })?;
-    let Some((mut identified, derivatives, without_blur)) = found else {
+    let Some((mut identified, derivatives)) = found else {
         parts.left_out.push(PROFILES_PART);
-        return Ok((identify::values_only(model, &best.point, evaluated), Vec::new(), false));
+        return Ok((identify::values_only(model, &best.point, evaluated), Vec::new()));
     };
     if early.is_some() {
         parts.left_out.push(PROFILES_PART);
-        return Ok((identified, Vec::new(), without_blur));
+        return Ok((identified, Vec::new()));
     }
     let profiled = parts.make(PROFILES_PART, 0.3, |control| {
         profile::profiles(model, &best.point, evaluated, &identified, &derivatives, PROFILES, control)
@@ -292,36 +281,8 @@ fn uncertainty(
         identified.widen(unknown, profile.wider);
         profiles.push(profile);
     }
-    Ok((identified, profiles, without_blur))
+    Ok((identified, profiles))
 }
-
-/// What residuals change by where the blur of the close-up is one standard deviation larger; `None` where edges tell none, or rows are others then.
-fn blur_change(
-    prepared: &Prepared<'_>,
-    options: &Options,
-    best: &Start,
-    evaluated: &Evaluated,
-    control: &Control<'_>,
-) -> Result<Option<Vec<f64>>> {
-    if prepared.close_up.as_ref().is_none_or(|found| found.blur.is_none()) {
-        return Ok(None);
-    }
-    let variants = prepared.variants().all;
-    let residuals = in_parallel(&[1.0 - BLUR_SIGMA, 1.0 + BLUR_SIGMA], |_, &factor| {
-        let mut model = model_of(prepared, options, &prepared.fine, POLISH_SAMPLES, best, &variants[best.choice], control)?;
-        model.blur_by(factor);
-        Ok(model.evaluate_with(&best.point, Some(&evaluated.linear), control)?.map(|e| derivatives::residuals(&e)))
-    })?;
-    Ok(match &residuals[..] {
-        [Some(less), Some(more)] if less.len() == more.len() => Some(less.iter().zip(more).map(|(a, b)| 0.5 * (b - a)).collect()),
-        _ => None,
-    })
-}
-
-/// Relative standard deviation of the blur that edges of a close-up tell. Of forty made close-ups what
-/// was found is .61 to 1.09 of what was there, less the finer the threads: twills .63 to .87, rods .61 to .89, plain weaves .73 to 1.09, grooves .81 to 1.02
-/// (`COUNT=40 cargo test --test scenes blur -- --nocapture`).
-const BLUR_SIGMA: f64 = 0.25;
 
 /// Names of parts of the report.
 pub const DIAGNOSIS: &str = "diagnosis";

@@ -8,7 +8,7 @@ use crate::photograph::direction_bins::{DirectionBins, scene_of, sights};
 use crate::photograph::image::{Photograph, Role};
 use crate::photograph::mean_period;
 use crate::photograph::sight::Sight;
-use crate::residuals::unknowns;
+use crate::residuals::unknowns::{self, Variable};
 use biscale::error::Result;
 use biscale::filter::Control;
 use biscale::filter::Slot;
@@ -55,7 +55,7 @@ pub fn survey(spec: &Spec, control: &Control<'_>) -> Result<Survey> {
     let unknowns = unknowns::unknowns(spec, prepared.distant.len(), prepared.close_up.as_ref().and_then(CloseUp::exposures));
     Ok(Survey {
         distant: prepared.distant.iter().zip(&prepared.fine).map(|(p, c)| (p.file.display().to_string(), c.pixels, c.bins.len())).collect(),
-        variables: unknowns::variables(spec).iter().map(|v| v.name(spec, &unknowns)).collect(),
+        variables: prepared.variables().iter().map(|v| v.name(spec, &unknowns)).collect(),
         unknowns: unknowns.into_iter().map(|u| u.name).collect(),
         close_up: prepared.close_up.map(|found| found.at_any_height(heights, tile.period.to_array())),
         notes: prepared.notes,
@@ -104,6 +104,11 @@ impl<'a> Prepared<'a> {
             ),
         }
         Ok(Self { spec, distant, coarse, fine, close_up, opaque, start, notes })
+    }
+
+    /// What the search moves.
+    pub(super) fn variables(&self) -> Vec<Variable> {
+        unknowns::variables(self.spec, self.close_up.as_ref())
     }
 
     /// How the photographs may be read.

@@ -11,7 +11,7 @@ use crate::residuals::input::{Interreflection, ModelInput, Sampling, material_va
 use crate::residuals::interreflection::{NearScene, trace_interreflection};
 use crate::residuals::model::{Model, Registration};
 use crate::residuals::near_interreflection::PathOptions;
-use crate::residuals::unknowns::{self, Shot, Variable};
+use crate::residuals::unknowns::{Shot, Variable};
 use crate::search::optimise::{Limits, Optimiser};
 use crate::search::{self, APART, SearchShared, Stage, Start, Task};
 use biscale::error::{Error, Result};
@@ -190,7 +190,7 @@ impl Search<'_> {
     /// Starts like `first`, numbered from its number on, dealt out to a range of the variants: as many as the options say, and at least one each.
     fn deal(&self, own: &Model<'_>, first: &Start, variants: Range<usize>) -> Vec<Start> {
         let options = self.options;
-        let nothing_moves = unknowns::variables(self.prepared.spec).is_empty() && !options.joint;
+        let nothing_moves = self.prepared.variables().is_empty() && !options.joint;
         let points = if nothing_moves {
             vec![Vec::new(); variants.len()]
         } else {
@@ -228,7 +228,7 @@ impl Search<'_> {
     /// that light is not what the file says, geometry and colours make up for it, along a valley whose floor a descent loses: from beside
     /// it goes on. Empty where that light does not move.
     fn pushed(&self, best: &Start, first: usize, variants: &[Variant], watch: &mut Stopwatch<'_>) -> Result<Vec<Start>> {
-        let variables = unknowns::variables(self.prepared.spec);
+        let variables = self.prepared.variables();
         let of_close_up = |v: &Variable| matches!(v, Variable::Light { shot: Shot::CloseUp, .. });
         let mut points: Vec<Vec<f64>> = Vec::new();
         for (k, _) in variables.iter().enumerate().filter(|(_, v)| of_close_up(v)) {

@@ -68,18 +68,19 @@ pub fn latin_hypercube(count: usize, dimensions: usize, seed: u64) -> Vec<Vec<f6
     points
 }
 
-/// Where the starts begin: the first one where the fit file says, the others spread over the bounds; all with the lights as they were given.
+/// Where the starts begin: the first one where the fit file says, the others spread over the bounds; all with the lights as they were given, and the blur as edges
+/// tell it.
 pub fn starts(model: &Model<'_>, count: usize, seed: u64) -> Vec<Vec<f64>> {
     let spread = latin_hypercube(count.saturating_sub(1), model.variables.len(), seed);
     let own = |variable: &Variable| match variable {
         Variable::Parameter(k) => model.input.spec.parameters[*k].to_unit(model.input.spec.parameters[*k].start),
-        Variable::Light { .. } | Variable::Linear(_) => 0.5,
+        Variable::Light { .. } | Variable::Blur | Variable::Linear(_) => 0.5,
     };
     let first: Vec<f64> = model.variables.iter().map(own).collect();
     let mut points = vec![first];
     points.extend(spread.into_iter().map(|mut point| {
         for (u, variable) in point.iter_mut().zip(&model.variables) {
-            if matches!(variable, Variable::Light { .. }) {
+            if matches!(variable, Variable::Light { .. } | Variable::Blur) {
                 *u = 0.5;
             }
         }

@@ -3,8 +3,8 @@
 //! The residuals are linear in the colours and nearly so, near the best point, in everything else. Their derivatives there, by central
 //! differences over a step that visibility bits do not spoil, give the covariance `(Jᵀ S⁻¹ J)⁻¹`. `S` has for each group of rows (a distant
 //! photograph, the close-up) its mean squared residual, at least 1: a group that is not explained is not made up for by others that are. It has
-//! three times that, since the three channels of a pixel leave the same out. What other samples of the surface would change (`replicates`), and
-//! what a wrong blur of the close-up would (`changes`), is added to the covariance. The bounds count as knowledge as well, of a standard deviation of `range/√12`: what nothing tells has that one.
+//! three times that, since the three channels of a pixel leave the same out. What other samples of the surface would change (`replicates`) is
+//! added to the covariance. The bounds count as knowledge as well, of a standard deviation of `range/√12`: what nothing tells has that one.
 
 use crate::residuals::derivatives::{Derivatives, weights};
 use crate::residuals::equations::Evaluated;
@@ -81,7 +81,7 @@ impl Known {
     fn set_sigma(&mut self, share: f64) {
         self.sigma = share * self.scale;
         self.not_identified = share > NOT_IDENTIFIED;
-        self.weak = !["light", "veil"].contains(&self.kind) && self.sigma > WEAK * self.value.abs();
+        self.weak = !["light", "veil", "blur"].contains(&self.kind) && self.sigma > WEAK * self.value.abs();
     }
 }
 
@@ -166,8 +166,6 @@ struct BestPoint<'a> {
     derivatives: &'a Derivatives,
     /// Residuals there, colours and all, of models with other samples.
     replicates: &'a [Vec<f64>],
-    /// What residuals change by, each where something else is wrong by one of its standard deviations.
-    changes: &'a [Vec<f64>],
     /// Ranges of all unknowns in the units of the derivatives.
     range: Vec<f64>,
     /// Which linear unknowns lie on a bound of their own, and do not answer to the others.
@@ -202,10 +200,8 @@ impl BestPoint<'_> {
         }
         let inverse = Cholesky::new(&gram, total)?.inverse();
         let share = 1.0 / (self.replicates.len() as f64).sqrt();
-        let of_samples = self.differences().into_iter().map(|difference| (share, difference));
-        let of_changes = self.changes.iter().map(|change| (1.0, change.clone()));
         let mut found = inverse.clone();
-        for (share, difference) in of_samples.chain(of_changes) {
+        for difference in self.differences() {
             let answer = self.answer(&inverse, keep, &difference);
             for i in (0..total).filter(|&i| !self.held[i]) {
                 for j in (0..total).filter(|&j| !self.held[j]) {
@@ -261,7 +257,12 @@ fn known_variable(model: &Model<'_>, point: &[f64], i: usize) -> Known {
     Known {
         name: variable.name(model.input.spec, &model.unknowns),
         at_bound: !(PARAMS.at_bound..=1.0 - PARAMS.at_bound).contains(&unit),
-        kind: if matches!(variable, Variable::Parameter(_)) { "parameter" } else { "light" },
+        kind: match variable {
+            Variable::Parameter(_) => "parameter",
+            Variable::Light { .. } => "light",
+            Variable::Blur => "blur",
+            Variable::Linear(_) => "colour",
+        },
         scale: (at(high) - at(low)) / (high - low),
         ..Known::of(at(unit), [at(0.0), at(1.0)])
     }
@@ -328,15 +329,8 @@ fn condition(gram: &[f64], n: usize) -> f64 {
     if low > 0.0 { (high / low).sqrt() } else { f64::INFINITY }
 }
 
-/// What is known at the best point. `replicates` are the residuals there, colours and all, of models with other samples; `changes` what
-/// residuals change by, each where something else that is not looked for is wrong by one of its standard deviations.
-pub fn identify(
-    model: &Model<'_>,
-    point: &[f64],
-    best: &Evaluated,
-    derivatives: &Derivatives,
-    (replicates, changes): (&[Vec<f64>], &[Vec<f64>]),
-) -> Identified {
+/// What is known at the best point. `replicates` are the residuals there, colours and all, of models with other samples.
+pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives: &Derivatives, replicates: &[Vec<f64>]) -> Identified {
     let counts: Vec<f64> = best.rows.iter().map(|(row, _)| row.weight).chain(best.fixed.iter().map(|_| 1.0)).collect();
     let residuals: f64 = counts.iter().sum();
     let chi2 = derivatives.residuals.iter().map(|r| r * r).sum::<f64>() / residuals.max(1.0);
@@ -346,7 +340,6 @@ pub fn identify(
         evaluated: best,
         derivatives,
         replicates,
-        changes,
         range: ranges(model, point.len(), best),
         held: on_walls(model, point.len(), best),
         trust: trust(derivatives, &counts, model.input.photographs.len()),

@@ -91,6 +91,9 @@ fn of_bound(known: &Known) -> Option<String> {
             "{name} lies on its upper bound, {value:.3}: the photographs are brighter than such a surface can be; check the irradiance in the file"
         )),
         "colour" if bounds[0] > 0.0 => Some(format!("{name} lies on its lower bound, {value:.3}: the truth may lie below; widen `bounds`")),
+        "blur" => Some(format!(
+            "the close-up would have to be {value:.2} times as blurred as its edges tell: photograph it from nearer, and in focus"
+        )),
         "exposure" => Some(format!("the close-up is {value:.3} times as bright as its irradiance says: check the irradiance in the file")),
         _ => None,
     }
@@ -146,6 +149,6 @@ mod tests {
         assert_eq!([told(at("light", 10.5, false)), told(at("veil", 0.0, false))], [1, 0]);
         assert_eq!([told(at("colour", 1.0, false)), told(at("colour", 0.0, false))], [1, 0]);
         assert_eq!(told(Known { bounds: [0.3, 0.9], ..at("colour", 0.3, false) }), 1);
-        assert_eq!([told(at("light", -12.0, true)), told(at("exposure", 100.0, false))], [1, 1]);
+        assert_eq!([told(at("light", -12.0, true)), told(at("exposure", 100.0, false)), told(at("blur", 2.5, false))], [1, 1, 1]);
     }
 }

@@ -9,11 +9,10 @@ use biscale::material::SmallScale;
 use biscale::render::World;
 use biscale_fit::fit_file::spec::Spec;
 use biscale_fit::fit_file::variant::{Variants, own_sides};
-use biscale_fit::photograph::close_up::CloseUp;
+use biscale_fit::photograph::close_up::{BOX, CloseUp};
 use biscale_fit::photograph::direction_bins::{DirectionBins, scene_of, sights};
 use biscale_fit::photograph::image::Role;
 use biscale_fit::photograph::mean_period::uniform;
-use biscale_fit::residuals::derivatives::{derivatives, residuals};
 use biscale_fit::residuals::equations::{Evaluated, Origin};
 use biscale_fit::residuals::input::{Interreflection, ModelInput, Sampling};
 use biscale_fit::residuals::interreflection::{NearScene, trace_interreflection};
@@ -23,7 +22,6 @@ use biscale_fit::residuals::unknowns::{Shot, UnknownKind, Variable};
 use biscale_fit::run::{FINE, Outcome, POLISH_SAMPLES};
 use biscale_fit::search::descent::{Evaluate, descend};
 use biscale_fit::search::optimise::Limits;
-use biscale_fit::uncertainty::identify::identify;
 use std::collections::BTreeMap;
 
 /// What each unknown was when the photographs were made, by its name; `None` for what is no number of the material.
@@ -144,7 +142,7 @@ impl<'a> Looked<'a> {
         let of = |name: &str| truths(std::iter::once(name), truth)[0];
         let values: Vec<f64> = self.spec.parameters.iter().map(|p| of(&p.key).unwrap()).collect();
         let unknowns = biscale_fit::residuals::unknowns::unknowns(self.spec, self.bins.len(), self.near.exposures());
-        let point = biscale_fit::residuals::unknowns::variables(self.spec)
+        let point = biscale_fit::residuals::unknowns::variables(self.spec, Some(&self.near))
             .iter()
             .map(|v| match v {
                 Variable::Parameter(k) => self.spec.parameters[*k].to_unit(values[*k]),
@@ -152,6 +150,11 @@ impl<'a> Looked<'a> {
                 Variable::Light { shot, axis, .. } => {
                     let off = faults.of(if *shot == Shot::CloseUp { "close-up" } else { "distant" }).light_off_deg;
                     0.5 + 0.5 * off[*axis] / v.at(self.spec, &unknowns, 1.0)
+                }
+                Variable::Blur => {
+                    let [low, high] = [0.0, 1.0].map(|u| v.at(self.spec, &unknowns, u).ln());
+                    let ratio = faults.of("close-up").blur.hypot(BOX) / self.near.blur.unwrap().pixels.hypot(BOX);
+                    (ratio.ln() - low) / (high - low)
                 }
                 Variable::Linear(_) => 0.5,
             })
@@ -179,6 +182,8 @@ pub struct Probe {
     pub off: Vec<(String, f64, f64)>,
     /// Objectives: with all that is true, with the true geometry, where the descent ends.
     pub objectives: [f64; 3],
+    /// For each number that the search moves its name, what it was, and where the descent ends.
+    pub moved: Vec<(String, f64, f64)>,
 }
 
 /// Goes down from the truth: what a search that finds the least objective must end near, in seconds and not in minutes.
@@ -218,27 +223,11 @@ pub fn probe(looked: &Looked<'_>, truth: &str, faults: &Faults) -> Probe {
             }
             show(&model, &[&with_colours, &here, &there]);
         }
-        Probe { off: off.collect(), objectives: [with_colours.objective, here.objective, there.objective] }
-    })
-}
-
-/// Standard deviations of all unknowns at the truth: of the residuals alone, and where the blur of the close-up is not known either, `share` of it.
-pub fn sigmas_of_blur(looked: &Looked<'_>, truth: &str, faults: &Faults, share: f64) -> [Vec<(String, f64)>; 2] {
-    with_control(|control| {
-        let (point, values, _) = looked.truth(truth, faults);
-        let mut model = looked.model(0, &values, None, control);
-        let here = model.evaluate(&point, control).unwrap().unwrap();
-        let slopes = derivatives(&model, &point, &here, control).unwrap();
-        let [less, more] = [1.0 - share, 1.0 + share].map(|factor| {
-            model.blur_by(factor);
-            residuals(&model.evaluate_with(&point, Some(&here.linear), control).unwrap().unwrap())
+        let moved = model.variables.iter().zip(point.iter().zip(&found.point)).map(|(v, (a, b))| {
+            let at = |u: f64| v.at(looked.spec, &model.unknowns, u);
+            (v.name(looked.spec, &model.unknowns), at(*a), at(*b))
         });
-        model.blur_by(1.0);
-        let change: Vec<f64> = less.iter().zip(&more).map(|(a, b)| 0.5 * (b - a)).collect();
-        [&[][..], &[change][..]].map(|changes| {
-            let found = identify(&model, &point, &here, &slopes, (&[], changes));
-            found.known.into_iter().map(|k| (k.name, k.sigma)).collect()
-        })
+        Probe { off: off.collect(), objectives: [with_colours.objective, here.objective, there.objective], moved: moved.collect() }
     })
 }
 
