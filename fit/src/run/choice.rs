@@ -214,33 +214,62 @@ impl Choosing<'_> {
         if of.is_empty() {
             of = compared(&looks, Look::First);
         }
-        let mut evidence = evidence_of(&looks, &of);
-        let tied: Vec<usize> = evidence.tied().into_iter().map(|k| of[k]).collect();
-        if tied.len() > 1 {
-            let searched: Vec<usize> = self.worth_a_search(&tied, of[evidence.chosen()]);
+        let mut judged = Judged::of(&looks, of);
+        if judged.tied.len() > 1 {
+            let searched: Vec<usize> = self.worth_a_search(&judged);
             every(&searched, Look::Whole, &mut looks)?;
-            evidence = evidence_of(&looks, &of);
+            judged = judged.searched(&searched, &looks);
         }
         if is_over {
             notes.push("the time limit ended the choice: candidates that were not looked at closely may be the better ones".to_owned());
         }
         notes.extend(refused);
         notes.extend(
-            evidence
+            judged
+                .evidence
                 .left_out
                 .iter()
                 .map(|name| format!("{name}: candidates show it in ways that cannot be compared: it took no part in the choice")),
         );
         let complete = !is_over;
-        Ok(Choice { complete, ..choice(all, &looks, (&of, &evidence), notes, evaluations) })
+        Ok(Choice { complete, ..choice(all, &looks, &judged, notes, evaluations) })
     }
 
     /// Of the candidates that cannot be told apart those that are searched as a fit is: the one that would be chosen, and the best others.
-    fn worth_a_search(&self, tied: &[usize], chosen: usize) -> Vec<usize> {
-        let mut searched = vec![chosen];
-        searched.extend(tied.iter().copied().filter(|&k| k != chosen).take(WHOLE_SEARCHES - 1));
+    fn worth_a_search(&self, judged: &Judged) -> Vec<usize> {
+        let mut searched = vec![judged.chosen];
+        searched.extend(judged.tied.iter().copied().filter(|&k| k != judged.chosen).take(WHOLE_SEARCHES - 1));
         searched.sort_unstable();
         searched
+    }
+}
+
+/// What the evidence says of candidates, by their places among all.
+struct Judged {
+    /// Those that are compared.
+    of: Vec<usize>,
+    /// Their evidence, in the same order.
+    evidence: Evidence,
+    chosen: usize,
+    /// Those that cannot be told apart, the chosen one among them, in the order of their scores.
+    tied: Vec<usize>,
+}
+
+impl Judged {
+    fn of(looks: &[(Look, Option<Looked>)], of: Vec<usize>) -> Self {
+        let evidence = evidence_of(looks, &of);
+        let chosen = of.get(evidence.chosen()).copied().unwrap_or(0);
+        let tied = if of.is_empty() { Vec::new() } else { evidence.tied().into_iter().map(|k| of[k]).collect() };
+        Self { of, evidence, chosen, tied }
+    }
+
+    /// The same once some of those that could not be told apart were searched as a fit is: these are judged anew, among themselves. The others
+    /// were not looked at as closely, and are no clearer than before.
+    fn searched(self, searched: &[usize], looks: &[(Look, Option<Looked>)]) -> Self {
+        let among = Self::of(looks, searched.to_vec());
+        let others = self.tied.into_iter().filter(|k| !searched.contains(k));
+        let tied = among.tied.iter().copied().chain(others).collect();
+        Self { chosen: among.chosen, tied, ..Self::of(looks, self.of) }
     }
 }
 
@@ -271,12 +300,11 @@ fn promising(looks: &[(Look, Option<Looked>)]) -> Vec<usize> {
 fn choice(
     all: &[Candidate],
     looks: &[(Look, Option<Looked>)],
-    (of, evidence): (&[usize], &Evidence),
+    Judged { of, evidence, chosen, tied }: &Judged,
     notes: Vec<String>,
     evaluations: usize,
 ) -> Choice {
-    let chosen = of.get(evidence.chosen()).copied().unwrap_or(0);
-    let tied: Vec<usize> = if of.is_empty() { Vec::new() } else { evidence.tied().into_iter().map(|k| of[k]).collect() };
+    let chosen = *chosen;
     let one = |(k, candidate): (usize, &Candidate)| {
         let (look, looked) = &looks[k];
         let place = of.iter().position(|&o| o == k);

@@ -146,10 +146,11 @@ impl Evidence {
         (0..self.scores.len()).min_by(|&a, &b| self.scores[a].total_cmp(&self.scores[b])).unwrap_or(0)
     }
 
-    /// The candidates that the best one is not clearly better than, itself among them, in the order of their scores.
+    /// The candidates that none is clearly better than, the best one among them, in the order of their scores. None of them is clearly better than another.
     pub fn tied(&self) -> Vec<usize> {
+        let all = || 0..self.scores.len();
         let best = self.best();
-        let mut tied: Vec<usize> = (0..self.scores.len()).filter(|&k| k == best || !self.is_clear(best, k)).collect();
+        let mut tied: Vec<usize> = all().filter(|&k| k == best || !all().any(|other| self.is_clear(other, k))).collect();
         tied.sort_by(|&a, &b| self.scores[a].total_cmp(&self.scores[b]));
         tied
     }
@@ -190,6 +191,17 @@ mod tests {
         let evidence = Evidence::of(&[&free, &needed]);
         assert_eq!((evidence.chosen(), evidence.tied()), (0, vec![0]));
         assert!(evidence.is_clear(0, 1) && !evidence.is_clear(1, 0));
+    }
+
+    #[test]
+    fn what_any_other_is_clearly_better_than_is_not_among_those_that_cannot_be_told_apart() {
+        // The third one is not clearly worse than the best one, whose numbers cost more, but than the second one it is.
+        let best = explained(&[0.5; 40], &[0.5; 20], 9);
+        let middle = explained(&[0.65; 40], &[0.65; 20], 8);
+        let third = explained(&[0.85; 40], &[0.85; 20], 8);
+        let evidence = Evidence::of(&[&best, &middle, &third]);
+        assert!(evidence.is_clear(1, 2) && !evidence.is_clear(0, 1), "{:?} {:?}", evidence.lead(1, 2), evidence.lead(0, 1));
+        assert!(!evidence.tied().contains(&2) && evidence.chosen() != 2, "{:?}", evidence.tied());
     }
 
     #[test]
