@@ -30,7 +30,7 @@ fn sixteen_grooves_are_one_strip() {
 
 #[test]
 fn pyramids_take_few_pieces() {
-    for (n, most) in [(4, 3), (8, 6), (16, 30)] {
+    for (n, most) in [(4, 1), (8, 1), (16, 5)] {
         for seed in 0..2 {
             let count = pieces(pyramids(n, 10.0, 5.0), seed);
             assert!(count <= most, "{n} x {n}, seed {seed}: {count} pieces");
@@ -42,7 +42,7 @@ fn pyramids_take_few_pieces() {
 fn random_height_fields_take_few_pieces() {
     for (amplitude, random) in [(5.0, 1), (5.0, 2), (10.0, 3)] {
         let count = pieces(heights(16, 10.0, amplitude, random), 0);
-        assert!(count <= 23, "amplitude {amplitude}: {count} pieces");
+        assert!(count <= 6, "amplitude {amplitude}: {count} pieces");
     }
 }
 
@@ -56,6 +56,6 @@ fn a_small_bunny_takes_few_pieces() {
     let soup = stl(&path, 150.0 / stl(&path, 1.0).size());
     for seed in 0..3 {
         let count = pieces(soup.clone(), seed);
-        assert!(count <= 11, "seed {seed}: {count} pieces");
+        assert!(count <= 5, "seed {seed}: {count} pieces");
     }
 }

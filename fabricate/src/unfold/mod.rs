@@ -1,6 +1,7 @@
 //! Unfolding: a surface of facets becomes pieces that lie flat without overlaps, tabs included.
 
 mod alike;
+mod begin;
 mod copies;
 mod fits;
 mod net;

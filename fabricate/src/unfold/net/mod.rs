@@ -4,6 +4,7 @@ mod moves;
 mod pieces;
 mod pose;
 mod problem;
+mod span;
 
 pub use moves::{Move, Outcome};
 pub use pieces::{Net, TabChoice};

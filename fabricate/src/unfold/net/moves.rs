@@ -2,12 +2,10 @@
 
 use super::pieces::{Net, TAB, TabChoice};
 use super::pose::Pose;
+use super::span::Span;
 use crate::polygon::Convex;
 use glam::DVec2;
 
-/// Directions in a quarter turn in which a piece's size is measured. Chosen, not
-/// measured: more directions find more pieces that fit aslant, and each costs time for every move.
-const DIRECTIONS: usize = 8;
 /// Facets of a part up to which a list of its edges is looked through for each new one: only speed depends on it.
 const SHORT_LIST: usize = 32;
 
@@ -31,6 +29,8 @@ pub enum Outcome {
     Done(usize),
     /// The part would be too large, or hold the facet that it is laid at.
     NoPart,
+    /// The caller did not want it.
+    Unwanted,
     /// Facets would overlap.
     Overlap,
     /// It would not fit on the sheet.
@@ -96,12 +96,22 @@ impl Net<'_, '_> {
 
     /// Makes a move if it leaves no overlap, fits the sheet and every glued edge keeps or finds a tab.
     pub fn try_move(&mut self, m: Move) -> Outcome {
+        self.try_move_if(m, |_, _, _| true)
+    }
+
+    /// As [`Net::try_move`], if `wanted` says so: it is told how many facets move, and the sizes of the pieces that they come from and go
+    /// to. It is not asked of moves within a piece.
+    pub fn try_move_if(&mut self, m: Move, wanted: impl FnOnce(u32, u32, u32) -> bool) -> Outcome {
         let problem = self.problem;
         let start = problem.facet_at(m.across, m.moving).expect("inner edge");
         let target = problem.facet_at(m.across, 1 - m.moving).expect("inner edge");
         let (from, into) = (self.piece[start as usize], self.piece[target as usize]);
         if !self.gather(start, m.cut, target, m.limit) {
             return Outcome::NoPart;
+        }
+        let count = u32::try_from(self.scratch.part.len()).expect("at most MAX_FACETS");
+        if from != into && !wanted(count, self.size[from as usize], self.size[into as usize]) {
+            return Outcome::Unwanted;
         }
         self.lay(m.across, m.moving);
         let part = std::mem::take(&mut self.scratch.part);
@@ -110,17 +120,22 @@ impl Net<'_, '_> {
         dirty.clear();
         let outcome = if self.part_overlaps(&part, &poses, into, m.across, &mut dirty) {
             Outcome::Overlap
-        } else if !self.fits(&part, &poses, target) {
-            Outcome::Sheet
-        } else if self.apply(&part, &poses, into, m, &dirty) {
-            if from != into {
-                self.size[from as usize] -= u32::try_from(part.len()).expect("few");
-                self.size[into as usize] += u32::try_from(part.len()).expect("few");
-                self.pieces -= usize::from(self.size[from as usize] == 0);
-            }
-            Outcome::Done(part.len())
         } else {
-            Outcome::Tab
+            let span = self.span_with(&part, &poses, into, target);
+            if !span.fits(problem.sheet) {
+                Outcome::Sheet
+            } else if self.apply(&part, &poses, into, m, &dirty) {
+                if from != into {
+                    self.size[from as usize] -= count;
+                    self.size[into as usize] += count;
+                    self.pieces -= usize::from(self.size[from as usize] == 0);
+                    self.spans[from as usize] = None;
+                }
+                self.spans[into as usize] = Some(span);
+                Outcome::Done(part.len())
+            } else {
+                Outcome::Tab
+            }
         };
         self.scratch.part = part;
         self.scratch.poses = poses;
@@ -159,54 +174,48 @@ impl Net<'_, '_> {
         false
     }
 
-    /// Whether the piece of `target` with the part laid at it fits the sheet in some rotation.
-    fn fits(&mut self, part: &[u32], poses: &[Pose], target: u32) -> bool {
-        let problem = self.problem;
-        let mut span = [[f64::INFINITY, f64::NEG_INFINITY]; 2 * DIRECTIONS];
-        let axes: [DVec2; DIRECTIONS] =
-            std::array::from_fn(|k| DVec2::from_angle(k as f64 * std::f64::consts::FRAC_PI_2 / DIRECTIONS as f64));
-        let mut add = |facet: u32, pose: &Pose| {
-            for &p in &problem.mesh.facets[facet as usize].flat {
-                let p = pose.apply(p);
-                for (k, axis) in axes.iter().enumerate() {
-                    for (j, value) in [(k, axis.dot(p)), (k + DIRECTIONS, axis.perp_dot(p))] {
-                        span[j][0] = span[j][0].min(value);
-                        span[j][1] = span[j][1].max(value);
-                    }
+    /// How far the piece `into` reaches with the gathered part laid in it; `target` is a facet of it that stays.
+    fn span_with(&mut self, part: &[u32], poses: &[Pose], into: u32, target: u32) -> Span {
+        let facets = &self.problem.mesh.facets;
+        let from = self.piece[part[0] as usize];
+        let mut span = match self.spans[into as usize] {
+            // A part that moves within its piece leaves its old place.
+            Some(span) if from != into => span,
+            _ => {
+                let rest = self.span_of_rest(target);
+                if from != into {
+                    self.spans[into as usize] = Some(rest);
                 }
+                rest
             }
         };
-        let moved = self.stamp;
         for (&f, pose) in part.iter().zip(poses) {
-            add(f, pose);
+            span.add(&facets[f as usize], pose);
         }
-        // The rest of the target's piece; facets of the part carry the mark of the gathering.
+        span
+    }
+
+    /// How far the facets reach that hang together with `target` along the tree, without those that carry the mark of the gathering.
+    fn span_of_rest(&mut self, target: u32) -> Span {
+        let problem = self.problem;
+        let mut span = Span::EMPTY;
+        let moved = self.stamp;
         let mut queue = vec![target];
-        self.stamp += 1;
-        self.mark[target as usize] = self.stamp;
+        let mut seen = rustc_hash::FxHashSet::default();
+        seen.insert(target);
         while let Some(f) = queue.pop() {
-            add(f, &self.pose[f as usize]);
+            span.add(&problem.mesh.facets[f as usize], &self.pose[f as usize]);
             for &e in &problem.mesh.facets[f as usize].edges {
                 if self.tree[e as usize] {
                     let g = problem.facet_at(e, 1 - problem.side_of(e, f)).expect("tree edges are inner");
-                    if self.mark[g as usize] != self.stamp && self.mark[g as usize] != moved {
-                        self.mark[g as usize] = self.stamp;
+                    if self.mark[g as usize] != moved && seen.insert(g) {
                         queue.push(g);
                     }
                 }
             }
         }
         self.work += u64::from(self.size[self.piece[target as usize] as usize]) / 4;
-        // The part's mark again, for what follows.
-        self.stamp += 1;
-        for &f in part {
-            self.mark[f as usize] = self.stamp;
-        }
-        let sheet = problem.sheet.size;
-        (0..DIRECTIONS).any(|k| {
-            let (w, h) = (span[k][1] - span[k][0], span[k + DIRECTIONS][1] - span[k + DIRECTIONS][0]);
-            w.max(h) <= sheet.max_element() && w.min(h) <= sheet.min_element()
-        })
+        span
     }
 
     /// Moves the part; without a tab for some edge everything is put back.

@@ -6,6 +6,7 @@
 
 use super::pose::Pose;
 use super::problem::Problem;
+use super::span::Span;
 use crate::polygon::Convex;
 use rustc_hash::FxHashMap;
 
@@ -45,6 +46,8 @@ pub struct Net<'p, 'a> {
     pub work: u64,
     polygons: Vec<Convex>,
     grid: FxHashMap<u64, Vec<u32>>,
+    /// How far each piece reaches, where it is known.
+    pub(super) spans: Vec<Option<Span>>,
     pub(super) mark: Vec<u32>,
     pub(super) stamp: u32,
     pub(super) scratch: Scratch,
@@ -80,6 +83,7 @@ impl<'p, 'a> Net<'p, 'a> {
             work: 0,
             polygons: vec![Convex::default(); problem.facet_of_item.len() + edges],
             grid: FxHashMap::default(),
+            spans: vec![None; facets],
             mark: vec![0; facets],
             stamp: 0,
             scratch: Scratch::default(),
@@ -221,6 +225,7 @@ impl<'p, 'a> Net<'p, 'a> {
         let mesh = problem.mesh;
         let facets = mesh.facets.len();
         self.grid.clear();
+        self.spans.fill(None);
         self.tree.copy_from_slice(tree);
         self.tab.fill(None);
         self.size.fill(0);
