@@ -1,7 +1,7 @@
 //! Where the search begins: pieces are joined across one edge after the other, as long as nothing overlaps.
 
+use super::effort::Stop;
 use super::net::{Move, Net, Outcome, Problem};
-use super::search::Stop;
 use biscale::numerics::random::Random;
 use glam::DVec3;
 

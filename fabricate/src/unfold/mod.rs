@@ -3,6 +3,7 @@
 mod alike;
 mod begin;
 mod copies;
+mod effort;
 mod fits;
 mod net;
 mod pattern;
@@ -12,11 +13,12 @@ mod strips;
 mod tab_shapes;
 
 pub use copies::Copies;
+pub use effort::{Effort, Stop};
 pub use fits::{ROLL_LENGTH, room};
 pub use net::{Move, Net, Outcome, Pose, Problem, Sheet, TabChoice};
 pub use pattern::Pattern;
 pub use piece::{Fold, Glue, Piece, Tab};
-pub use search::{Effort, Stop, search};
+pub use search::search;
 pub use strips::{Crossing, END, Strip, bend_length, strips};
 pub use tab_shapes::{TabShapes, TabStyle};
 

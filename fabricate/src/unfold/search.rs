@@ -7,26 +7,9 @@
 //! that nothing can take any more.)
 
 use super::begin::{begin, join};
+use super::effort::{Effort, Stop};
 use super::net::{Move, Net, Problem, TabChoice};
 use biscale::numerics::random::Random;
-
-/// How much to search, and from which random numbers.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Effort {
-    /// Seed of everything random.
-    pub seed: u64,
-    /// Runs from different beginnings, for surfaces of few facets; above [`LARGE`] it is one run of the same work together.
-    pub runs: u32,
-    /// Collision tests for each facet, of all runs together, about: the measure of effort that does not depend on the machine. Of
-    /// surfaces below [`SMALL`] facets it is as much as for that many.
-    pub work: u64,
-}
-
-impl Default for Effort {
-    fn default() -> Self {
-        Self { seed: 0, runs: 4, work: 10_000 }
-    }
-}
 
 /// Facets above which there is one run: a longer one finds more than several. Chosen, not measured.
 const LARGE: usize = 1500;
@@ -57,9 +40,6 @@ struct SearchParams {
 
 const PARAMS: SearchParams =
     SearchParams { half: 10.0, chosen_of: 2, largest_part: 48, inside: 0.25, whole: (4, 0.2), stop_at: 0.85, hot: 0.5 };
-
-/// Asked now and then whether to stop: returns true to stop with what there is.
-pub type Stop<'s> = dyn Fn(f64) -> bool + Sync + 's;
 
 /// Distance of the streams of neighbouring seeds: a prime above the number of runs, so that two seeds have no run in common.
 const SEED_STRIDE: u64 = 1009;
