@@ -67,6 +67,7 @@ mod simd;
 
 pub mod bounded_file;
 pub mod brdf;
+pub mod btf;
 pub mod direction;
 pub mod error;
 pub mod file_signature;

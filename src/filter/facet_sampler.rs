@@ -12,7 +12,7 @@ use glam::DVec3;
 pub(super) const BATCH: u32 = 1 << 16;
 
 /// What turns samples into facets that know what they see.
-pub(super) struct FacetSampler<'a> {
+pub(crate) struct FacetSampler<'a> {
     small: &'a SmallScale,
     /// The surface in the form that sampling and visibility use.
     pub surface: Surface,
@@ -25,7 +25,7 @@ pub(super) struct FacetSampler<'a> {
 }
 
 /// Facets, and the bits of some directions.
-pub(super) struct Batch {
+pub(crate) struct Batch {
     /// The facets.
     pub facets: Facets,
     /// One row a direction.

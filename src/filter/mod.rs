@@ -50,7 +50,8 @@ pub use control::Control;
 pub(crate) use control::RisingShare;
 pub use direct::prepare;
 pub use effective::effective;
-pub(crate) use lobes::{exp, lobes};
+pub(crate) use facet_sampler::FacetSampler;
+pub(crate) use lobes::{Half, Lobe, cosines, exp, lobes};
 pub use plan::{
     CLUSTER_WIDTHS, DirectPlan, LARGEST_MAPS, LobeCount, LowRankPlan, MapSides, Plan, ReferencePlan, SphericalGaussianPlan, Variant,
 };
@@ -58,6 +59,7 @@ pub use prepared::Prepared;
 pub use quality::{MatrixCache, Method, MethodToRun, Quality};
 pub(crate) use query::{Query, QueryEntry};
 pub use spherical_gaussians::{LobeResponses, LobeValue, PreparedLobes, prepare_lobes};
+pub(crate) use sums::surface_lobes;
 pub(crate) use sums::{FacetSums, Views, visible_area};
 pub use tolerance::DEFAULT_TOLERANCE;
 pub(crate) use tolerance::{SAFETY, keeps};

@@ -1,6 +1,7 @@
 //! The commands, in the order of the work: one file or folder each.
 
 mod bake;
+mod btf;
 mod cache;
 mod capture;
 mod check;
@@ -33,6 +34,8 @@ pub enum Command {
     Eval(eval::EvalArgs),
     /// Effective BRDF as a whole table
     Bake(bake::BakeArgs),
+    /// Bidirectional texture functions: the look between near and far
+    Btf(btf::BtfArgs),
     /// Pictures: polar plots of the effective BRDF, a view of the surface
     Plot(plot::PlotArgs),
     /// The large-scale appearance, as an image
@@ -72,6 +75,7 @@ impl Command {
             Self::Check(args) => return check::run(args, common),
             Self::Eval(args) => eval::run(args, common)?,
             Self::Bake(args) => bake::run(args, common)?,
+            Self::Btf(args) => btf::run(args, common)?,
             Self::Plot(args) => plot::run(args, common)?,
             Self::Render(args) => render::run(args, common)?,
             Self::Compare(args) => compare::run(args, common)?,
@@ -98,6 +102,7 @@ impl Command {
             Self::Render(args) => (FileKind::Scene, Some(&args.scene)),
             Self::Capture(args) => (FileKind::Shoot, Some(&args.shoot)),
             Self::Fit(args) => (FileKind::Fit, Some(&args.fit)),
+            Self::Btf(args) => (FileKind::Material, args.material()),
             Self::New(_) | Self::List(_) | Self::Check(_) | Self::Compare(_) | Self::StudyRun(_) | Self::Cache(_) | Self::Edit(_) => {
                 return error;
             }

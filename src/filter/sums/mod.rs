@@ -12,7 +12,8 @@ mod task;
 mod views;
 
 pub(crate) use area::visible_area;
-pub(super) use batch::{Materials, add_areas, add_pairs, surface_lobes, undersampled};
+pub(crate) use batch::surface_lobes;
+pub(super) use batch::{Materials, add_areas, add_pairs, undersampled};
 pub(crate) use facets::FacetSums;
 pub(super) use task::PairSums;
 pub(super) use task::{of_task, split_by_task};
