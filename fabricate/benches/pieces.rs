@@ -8,10 +8,12 @@
 mod surfaces;
 
 use biscale_fabricate::design::{FoldRecipe, Source};
+use biscale_fabricate::layout::nest;
 use biscale_fabricate::mesh::{Mesh, Tolerance, Triangles};
 use biscale_fabricate::paper::Paper;
+use biscale_fabricate::polygon;
 use biscale_fabricate::surface::prepare;
-use biscale_fabricate::unfold::{Effort, Problem, TabShapes, TabStyle, room, search};
+use biscale_fabricate::unfold::{Effort, Pattern, Problem, TabShapes, TabStyle, room, search};
 use glam::DVec2;
 use std::time::Instant;
 use surfaces::{grooves, heights, pyramids, stl};
@@ -70,7 +72,10 @@ fn main() {
         }
     }
     let env = |name: &str, default: u64| std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default);
-    println!("{:20} {:>7} {:>4} {:>7} {:>7} {:>7} {:>9} {:>7}", "surface", "facets", "seed", "pieces", "largest", "median", "ms", "CPU s");
+    println!(
+        "{:20} {:>7} {:>4} {:>7} {:>7} {:>7} {:>5} {:>5} {:>9} {:>7} {:>7}",
+        "surface", "facets", "seed", "pieces", "largest", "median", "pages", "used", "ms", "CPU s", "nesting"
+    );
     let paper = Paper { name: "a4", size: DVec2::new(210.0, 297.0), roll: false, margin: 10.0, inset: 0.0 };
     let style = TabStyle::default();
     for (name, mesh) in cases {
@@ -81,10 +86,17 @@ fn main() {
             let effort = Effort { seed, runs: env("RUNS", default.runs.into()) as u32, work: env("WORK", default.work) };
             let net = search(&problem, effort, &|_| false);
             let (ms, cpu) = (start.elapsed().as_secs_f64() * 1e3, cpu_seconds() - cpu);
+            let [_, area] = paper.area();
+            let pattern = Pattern::new(&net);
+            let outlines: Vec<Vec<DVec2>> = pattern.pieces.iter().map(|p| p.outline[0].clone()).collect();
+            let start = cpu_seconds();
+            let (_, pages) = nest(&outlines, area, false).unwrap();
+            let nesting = cpu_seconds() - start;
+            let used = outlines.iter().map(|o| polygon::area(o)).sum::<f64>() / (pages as f64 * area.x * area.y);
             let mut sizes: Vec<u32> = net.size.iter().copied().filter(|&s| s > 0).collect();
             sizes.sort_unstable();
             println!(
-                "{name:20} {:7} {seed:4} {:7} {:7} {:7} {ms:9.0} {cpu:7.2}  without tab {} work {}",
+                "{name:20} {:7} {seed:4} {:7} {:7} {:7} {pages:5} {used:5.2} {ms:9.0} {cpu:7.2} {nesting:7.2}  without tab {} work {}",
                 mesh.facets.len(),
                 net.pieces,
                 sizes[sizes.len() - 1],

@@ -21,9 +21,6 @@ const DARK: u32 = 300;
 /// Near white, for texts on dark facets.
 const PALE: [u8; 3] = [235; 3];
 
-/// Folds below this angle, radians, are not to be seen on paper: .1 degrees. Chosen, not measured.
-pub const FLAT: f64 = 2e-3;
-
 fn facet_fill(mesh: &Mesh, facet: u32, look: &Look) -> [u8; 3] {
     if look.colours { srgb(mesh.facets[facet as usize].colour) } else { WHITE }
 }
@@ -83,9 +80,9 @@ impl PieceDrawing<'_> {
             page.items.push(Item { layer: Layer::Print, mark: Mark::Image(image), data: data.with(&[]) });
         }
         if self.look.colours && (textured || piece.facets.iter().any(|(f, _)| is_dark(facet_fill(self.mesh, *f, self.look)))) {
-            draw_halos(page, piece);
+            draw_halos(page, piece, self.pattern.flat_angle);
         }
-        draw_folds(page, piece, &data);
+        draw_folds(page, piece, self.pattern.flat_angle, &data);
         self.draw_tab_folds(page, piece, &data);
         for (j, outline) in piece.outline.iter().enumerate() {
             page.items.push(Item {
@@ -180,7 +177,7 @@ impl PieceDrawing<'_> {
             }
         }
         if self.look.angles {
-            for fold in piece.folds.iter().filter(|f| f.angle.abs() >= FLAT) {
+            for fold in piece.folds.iter().filter(|f| f.angle.abs() >= self.pattern.flat_angle) {
                 let text = format!("{:.0}°", fold.angle.abs().to_degrees());
                 let f = self.mesh.edges[fold.edge as usize].sides[0].expect("a fold has two facets").facet;
                 let before = labels.missed;
@@ -218,8 +215,8 @@ fn angle_data(angle: f64) -> (&'static str, String) {
 }
 
 /// White beds under the lines: black, red and blue do not show on dark colours. Cut lines get one of dashes, which leaves little white.
-fn draw_halos(page: &mut Page, piece: &Piece) {
-    for fold in piece.folds.iter().filter(|f| f.angle.abs() >= FLAT) {
+fn draw_halos(page: &mut Page, piece: &Piece, flat_angle: f64) {
+    for fold in piece.folds.iter().filter(|f| f.angle.abs() >= flat_angle) {
         page.line(Layer::Print, Style::Halo, &fold.ends, false);
     }
     for outline in &piece.outline {
@@ -227,10 +224,10 @@ fn draw_halos(page: &mut Page, piece: &Piece) {
     }
 }
 
-fn draw_folds(page: &mut Page, piece: &Piece, data: &PieceData) {
+fn draw_folds(page: &mut Page, piece: &Piece, flat_angle: f64, data: &PieceData) {
     // Flat inside a piece is no line to fold: nothing is drawn, but a reader learns the angle.
     for fold in piece.folds.iter().filter(|f| f.angle != 0.0) {
-        let style = if fold.angle.abs() < FLAT {
+        let style = if fold.angle.abs() < flat_angle {
             Style::Hidden
         } else if fold.angle < 0.0 {
             Style::Mountain

@@ -4,11 +4,11 @@ use super::back::mirrored;
 use super::footer::footer;
 use super::look::Look;
 use super::page::Page;
-use super::piece::{FLAT, PieceDrawing, bleed};
+use super::piece::{PieceDrawing, bleed};
 use super::piece_image::paint;
 use super::registration::silhouette;
 use crate::design::Texture;
-use crate::layout::{PiecePlace, shelves};
+use crate::layout::{PiecePlace, nest};
 use crate::mesh::Mesh;
 use crate::paper::Paper;
 use crate::unfold::{Pattern, Piece};
@@ -34,9 +34,9 @@ pub struct Sheets {
 /// A piece that fits no page; a page too small for anything; colours that cannot be written.
 pub fn sheets(mesh: &Mesh, pattern: &Pattern, paper: Paper, look: &Look, texture: Option<&Texture<'_>>) -> Result<Sheets> {
     paper.check()?;
-    let outlines: Vec<Vec<DVec2>> = pattern.pieces.iter().map(|p| p.outline.concat()).collect();
+    let outlines: Vec<Vec<DVec2>> = pattern.pieces.iter().map(|p| p.outline[0].clone()).collect();
     let [corner, area] = paper.area();
-    let (places, count) = shelves(&outlines, area, paper.roll)?;
+    let (places, count) = nest(&outlines, area, paper.roll)?;
     let mut pages = vec![Page { size: paper.size, items: Vec::new() }; count];
     let mut placed: Vec<Piece> = Vec::new();
     for (piece, place) in pattern.pieces.iter().zip(&places) {
@@ -52,7 +52,7 @@ pub fn sheets(mesh: &Mesh, pattern: &Pattern, paper: Paper, look: &Look, texture
             bleed(&mut pages[place.page], mesh, piece);
         }
     }
-    let kinds = fold_kinds(&placed);
+    let kinds = fold_kinds(&placed, pattern.flat_angle);
     let look = &Look {
         angles: look.angles && (kinds.len() > FEW_KINDS || placed.iter().map(|p| p.folds.len()).sum::<usize>() <= FEW_FOLDS),
         ..look.clone()
@@ -130,9 +130,9 @@ const FEW_KINDS: usize = 4;
 const FEW_FOLDS: usize = 40;
 
 /// The fold angles in whole degrees, mountains negative, each once.
-fn fold_kinds(pieces: &[Piece]) -> std::collections::BTreeSet<i32> {
+fn fold_kinds(pieces: &[Piece], flat_angle: f64) -> std::collections::BTreeSet<i32> {
     let whole = |angle: f64| truncate_i32(angle.to_degrees().round());
-    pieces.iter().flat_map(|p| &p.folds).filter(|f| f.angle.abs() >= FLAT).map(|f| whole(f.angle)).collect()
+    pieces.iter().flat_map(|p| &p.folds).filter(|f| f.angle.abs() >= flat_angle).map(|f| whole(f.angle)).collect()
 }
 
 /// `mountain 45°, valley 63°`.

@@ -99,7 +99,7 @@ impl Copies {
 
     /// The pattern of the whole surface from that of `once`: copies of a piece follow each other.
     pub fn expand(&self, mesh: &Mesh, pattern: Pattern) -> Pattern {
-        let mut out = Pattern::default();
+        let mut out = Pattern { flat_angle: pattern.flat_angle, ..Pattern::default() };
         let kind_of = |edge: u32| {
             let facet = self.once.edges[edge as usize].sides[0].expect("every edge has a facet").facet;
             self.place[facet as usize].0

@@ -14,7 +14,7 @@ pub struct Effort {
 
 impl Default for Effort {
     fn default() -> Self {
-        Self { seed: 0, runs: 4, work: 10_000 }
+        Self { seed: 0, runs: 4, work: 14_000 }
     }
 }
 

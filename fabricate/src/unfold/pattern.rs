@@ -12,7 +12,12 @@ pub struct Pattern {
     pub pieces: Vec<Piece>,
     /// Edges of the surface that are glued, with their numbers, from 1. Copies of a piece have the same numbers.
     pub glued: Vec<(u32, usize)>,
+    /// Folds below this angle, radians, are flat to the eye: neither scored nor labelled. They keep their angles for who refolds the pattern.
+    pub flat_angle: f64,
 }
+
+/// [`Pattern::flat_angle`] by default, degrees. Chosen, not measured: paper bends so far by itself.
+pub const FLAT_ANGLE_DEG: f64 = 1.0;
 
 impl Pattern {
     /// Gathers the pieces of a net.
@@ -41,7 +46,8 @@ impl Pattern {
                 }
             }
         }
-        let mut out = Self { pieces: lists.iter().map(|facets| Piece::new(net, facets, &number)).collect(), glued };
+        let pieces = lists.iter().map(|facets| Piece::new(net, facets, &number)).collect();
+        let mut out = Self { pieces, glued, flat_angle: FLAT_ANGLE_DEG.to_radians() };
         for (k, piece) in out.pieces.iter_mut().enumerate() {
             (piece.name, piece.copy, piece.copies) = (k + 1, 1, 1);
         }

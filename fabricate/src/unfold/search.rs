@@ -1,14 +1,15 @@
 //! The search for a net of few pieces.
 //!
 //! A run begins with pieces joined greedily ([`begin`]). Then parts of pieces move to neighbouring pieces, or to another place in their
-//! own, by simulated annealing of `sum s / (s + c)` over the sizes `s` of the pieces, in facets. It is the number of pieces, but for small
-//! ones, which count the less the smaller they are: so small pieces dissolve, while facets move freely between large ones, and none is
-//! drawn to the largest. (A sum of squares, to be made large, does the contrary: one piece grows over all places, and leaves crumbs
-//! that nothing can take any more.)
+//! own, by simulated annealing of `sum s / (s + c) + m sum b`: `s` are the sizes of the pieces in facets, `b` the areas of the boxes around
+//! them in pages. The first sum is the number of pieces, but for small ones, which count the less the smaller they are: so small pieces
+//! dissolve, while facets move freely between large ones, and none is drawn to the largest. (A sum of squares, to be made large, does the
+//! contrary: one piece grows over all places, and leaves crumbs that nothing can take any more.) The second sum lets pieces be compact:
+//! without it they become branched, and take twice the paper.
 
-use super::begin::{begin, join};
+use super::begin::begin;
 use super::effort::{Effort, Stop};
-use super::net::{Move, Net, Problem, TabChoice};
+use super::net::{Change, Move, Net, Outcome, Problem, TabChoice};
 use biscale::numerics::random::Random;
 
 /// Facets above which there is one run: a longer one finds more than several. Chosen, not measured.
@@ -36,10 +37,21 @@ struct SearchParams {
     stop_at: f64,
     /// Starting temperature, in pieces.
     hot: f64,
+    /// Facets for each piece that counts as much as one page of boxes around pieces, and how many pieces count so at most: more pieces take
+    /// less paper. Measured as the others, and with fuze.obj, cow.obj and bunny.stl.
+    paper: (f64, f64),
 }
 
-const PARAMS: SearchParams =
-    SearchParams { half: 10.0, chosen_of: 2, largest_part: 48, inside: 0.25, whole: (4, 0.2), stop_at: 0.85, hot: 0.5 };
+const PARAMS: SearchParams = SearchParams {
+    half: 10.0,
+    chosen_of: 2,
+    largest_part: 48,
+    inside: 0.25,
+    whole: (4, 0.2),
+    stop_at: 0.85,
+    hot: 0.5,
+    paper: (100.0, 40.0),
+};
 
 /// Distance of the streams of neighbouring seeds: a prime above the number of runs, so that two seeds have no run in common.
 const SEED_STRIDE: u64 = 1009;
@@ -56,20 +68,30 @@ fn run<'p, 'a>(problem: &'p Problem<'a>, seed: u64, number: u32, budget: u64, st
     let start = net.work;
     let mut best = (net.pieces, snapshot(&net));
     let mut steps = 0_u32;
-    while best.0 > least && net.work - start < budget {
+    while net.work - start < budget {
         let share = (net.work - start) as f64 / budget as f64;
-        steps = steps.wrapping_add(1);
-        if steps.is_multiple_of(STEPS_BETWEEN_STOPS) && stop(share) {
-            break;
+        if steps.is_multiple_of(STEPS_BETWEEN_STOPS) {
+            let nothing_to_win = net.pieces <= least && net.boxes() <= page_area(problem);
+            if nothing_to_win || stop(share) {
+                break;
+            }
         }
+        steps = steps.wrapping_add(1);
         step(&mut net, PARAMS.hot * (1.0 - share), &mut random);
         if net.pieces < best.0 {
             best = (net.pieces, snapshot(&net));
         }
     }
-    // The last of equals is better balanced than the first, and rounding of many moves is gone from a net that is laid out anew.
-    let last = if net.pieces == best.0 { snapshot(&net) } else { best.1 };
-    net.rebuild(&last.0, &last.1);
+    // Rounding of many moves is gone from a net that is laid out anew.
+    let (tree, tab) = snapshot(&net);
+    net.rebuild(&tree, &tab);
+    if net.pieces > best.0 {
+        let last = cost(&net);
+        net.rebuild(&best.1.0, &best.1.1);
+        if last < cost(&net) {
+            net.rebuild(&tree, &tab);
+        }
+    }
     net
 }
 
@@ -78,6 +100,23 @@ type Snapshot = (Vec<bool>, Vec<Option<TabChoice>>);
 
 fn snapshot(net: &Net<'_, '_>) -> Snapshot {
     (net.tree.clone(), net.tab.clone())
+}
+
+/// Area of a page, mm²; of a roll that of a page as wide, in the format of A4.
+fn page_area(problem: &Problem<'_>) -> f64 {
+    let (long, short) = (problem.sheet.size.max_element(), problem.sheet.size.min_element());
+    short * long.min(std::f64::consts::SQRT_2 * short)
+}
+
+/// What 1 mm² of boxes around pieces counts, in pieces.
+fn paper(problem: &Problem<'_>) -> f64 {
+    let (facets, most) = PARAMS.paper;
+    (problem.mesh.facets.len() as f64 / facets).min(most) / page_area(problem)
+}
+
+/// What is to be small in the end: pieces, and pages of boxes around them.
+fn cost(net: &Net<'_, '_>) -> f64 {
+    net.pieces as f64 + paper(net.problem) * net.boxes()
 }
 
 /// What a piece of so many facets counts.
@@ -107,26 +146,33 @@ fn step(net: &mut Net<'_, '_>, temperature: f64, random: &mut Random) {
     let g = mesh.other(across, f).expect("inner edge").facet;
     let side_of_f = usize::from(mesh.edges[across as usize].sides[1].is_some_and(|second| second.facet == f));
     let [p, q] = [f, g].map(|facet| net.piece[facet as usize] as usize);
+    let paper = paper(net.problem);
+    // Metropolis: a change by `d` is taken with probability exp(-d / T), that is where d < -T ln u.
+    let allowed = -temperature * (1.0 - random.unit()).ln();
+    let wanted = |change: Change| {
+        let [from, into] = change.sizes;
+        let counts = count(from - change.moved) + count(into + change.moved) - count(from) - count(into);
+        counts + paper * change.boxes < allowed
+    };
     if p == q {
         if random.unit() < PARAMS.inside {
             let cut = some_tree_edge(net, f, random);
-            net.try_move(Move { across, moving: side_of_f, cut, limit: PARAMS.largest_part });
+            net.try_move_if(Move { across, moving: side_of_f, cut, limit: PARAMS.largest_part }, wanted);
         }
         return;
     }
     // Whole pieces first.
     let tried = net.size[p].min(net.size[q]) <= PARAMS.whole.0 || random.unit() < PARAMS.whole.1;
-    if tried && join(net, across) {
-        return;
+    if tried {
+        let moving = if net.size[p] <= net.size[q] { side_of_f } else { 1 - side_of_f };
+        if matches!(net.try_move_if(Move { across, moving, cut: None, limit: usize::MAX }, wanted), Outcome::Done(_)) {
+            return;
+        }
     }
     // A part of one piece to the other.
     let (moving, mover) = if random.unit() < 0.5 { (side_of_f, f) } else { (1 - side_of_f, g) };
     let Some(cut) = some_tree_edge(net, mover, random) else { return };
-    // Metropolis: a change by `d` is taken with probability exp(-d / T), that is where d < -T ln u.
-    let allowed = -temperature * (1.0 - random.unit()).ln();
-    net.try_move_if(Move { across, moving, cut: Some(cut), limit: PARAMS.largest_part }, |moved, from, into| {
-        count(from - moved) + count(into + moved) - count(from) - count(into) < allowed
-    });
+    net.try_move_if(Move { across, moving, cut: Some(cut), limit: PARAMS.largest_part }, wanted);
 }
 
 /// A tree edge of a facet, or a few facets further along the tree.
@@ -147,7 +193,7 @@ fn some_tree_edge(net: &Net<'_, '_>, facet: u32, random: &mut Random) -> Option<
     }
 }
 
-/// The best net of all runs: fewest glued edges without a tab, fewest pieces, least total length of cuts.
+/// The best net of all runs: fewest glued edges without a tab, then pieces and paper.
 ///
 /// The runs do not depend on each other or on the number of threads. `stop` is asked now and then with the share of work done;
 /// a search that it stops depends on the machine's speed.
@@ -157,11 +203,10 @@ pub fn search<'p, 'a>(problem: &'p Problem<'a>, effort: Effort, stop: &Stop<'_>)
     let runs = if facets > LARGE { 1 } else { effort.runs.max(1) };
     let budget = effort.work.saturating_mul(facets.max(SMALL) as u64) / u64::from(runs);
     let nets: Vec<Net<'p, 'a>> = (0..runs).into_par_iter().map(|k| run(problem, effort.seed, k, budget, stop)).collect();
-    let cut_length =
-        |net: &Net<'_, '_>| -> f64 { (0..problem.mesh.edges.len()).filter(|&e| !net.joined[e]).map(|e| problem.mesh.length(e)).sum() };
-    nets.into_iter()
-        .min_by(|a, b| {
-            (a.without_tab().count(), a.pieces).cmp(&(b.without_tab().count(), b.pieces)).then(cut_length(a).total_cmp(&cut_length(b)))
-        })
-        .expect("at least one run")
+    let worth = |net: &Net<'_, '_>| (net.without_tab().count(), cost(net));
+    let better = |a: &Net<'_, '_>, b: &Net<'_, '_>| {
+        let (a, b) = (worth(a), worth(b));
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+    };
+    nets.into_iter().min_by(better).expect("at least one run")
 }

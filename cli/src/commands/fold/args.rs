@@ -8,7 +8,7 @@ use biscale_fabricate::design::{Extent, FoldRecipe, Source, check_scale};
 use biscale_fabricate::drawing::{Look, SILHOUETTE_INSET};
 use biscale_fabricate::formats::Format;
 use biscale_fabricate::paper::Paper;
-use biscale_fabricate::unfold::{TabStyle, room};
+use biscale_fabricate::unfold::{FLAT_ANGLE_DEG, TabStyle, room};
 use biscale_fabricate::wrap::Target;
 use clap::{Args, ValueEnum};
 use glam::DVec2;
@@ -102,6 +102,9 @@ pub(super) struct SheetArgs {
     /// No numbers at the edges
     #[arg(long)]
     pub(super) no_numbers: bool,
+    /// Folds below this angle in degrees are neither scored nor labelled
+    #[arg(long, value_name = "DEGREES", default_value_t = FLAT_ANGLE_DEG, value_parser = degrees, allow_negative_numbers = true)]
+    pub(super) flat_angle: f64,
     /// No angles at the folds
     #[arg(long)]
     pub(super) no_angles: bool,

@@ -120,7 +120,8 @@ fn unfolded(job: &FoldJob<'_>, mesh: &Mesh, textured: bool, notes: &mut Vec<Stri
         late.fetch_or(over, Ordering::Relaxed);
         over || control.check().is_err()
     };
-    let (pattern, bare) = unfold(mesh, textured, room(job.paper, tabs), tabs, effort, &stop)?;
+    let (mut pattern, bare) = unfold(mesh, textured, room(job.paper, tabs), tabs, effort, &stop)?;
+    pattern.flat_angle = job.args.sheet.flat_angle.to_radians();
     control.check()?;
     if late.into_inner() {
         notes.push("stopped by the time limit: the pattern depends on the machine's speed".to_owned());

@@ -6,7 +6,7 @@ mod pose;
 mod problem;
 mod span;
 
-pub use moves::{Move, Outcome};
+pub use moves::{Change, Move, Outcome};
 pub use pieces::{Net, TabChoice};
 pub use pose::Pose;
 pub use problem::{Problem, Sheet};

@@ -22,6 +22,17 @@ pub struct Move {
     pub limit: usize,
 }
 
+/// What a move would change.
+#[derive(Clone, Copy, Debug)]
+pub struct Change {
+    /// Facets that change their piece: 0 within one.
+    pub moved: u32,
+    /// Sizes of the piece that they leave and of that they come to, facets.
+    pub sizes: [u32; 2],
+    /// Change of the areas of the least boxes of both pieces together, mm².
+    pub boxes: f64,
+}
+
 /// Why a move was not made, or how many facets it moved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
@@ -96,51 +107,72 @@ impl Net<'_, '_> {
 
     /// Makes a move if it leaves no overlap, fits the sheet and every glued edge keeps or finds a tab.
     pub fn try_move(&mut self, m: Move) -> Outcome {
-        self.try_move_if(m, |_, _, _| true)
+        self.try_move_if(m, |_| true)
     }
 
-    /// As [`Net::try_move`], if `wanted` says so: it is told how many facets move, and the sizes of the pieces that they come from and go
-    /// to. It is not asked of moves within a piece.
-    pub fn try_move_if(&mut self, m: Move, wanted: impl FnOnce(u32, u32, u32) -> bool) -> Outcome {
+    /// As [`Net::try_move`], if `wanted` says so of what it would change.
+    pub fn try_move_if(&mut self, m: Move, wanted: impl FnOnce(Change) -> bool) -> Outcome {
         let problem = self.problem;
         let start = problem.facet_at(m.across, m.moving).expect("inner edge");
         let target = problem.facet_at(m.across, 1 - m.moving).expect("inner edge");
-        let (from, into) = (self.piece[start as usize], self.piece[target as usize]);
         if !self.gather(start, m.cut, target, m.limit) {
             return Outcome::NoPart;
-        }
-        let count = u32::try_from(self.scratch.part.len()).expect("at most MAX_FACETS");
-        if from != into && !wanted(count, self.size[from as usize], self.size[into as usize]) {
-            return Outcome::Unwanted;
         }
         self.lay(m.across, m.moving);
         let part = std::mem::take(&mut self.scratch.part);
         let poses = std::mem::take(&mut self.scratch.poses);
         let mut dirty = std::mem::take(&mut self.scratch.dirty);
-        dirty.clear();
-        let outcome = if self.part_overlaps(&part, &poses, into, m.across, &mut dirty) {
-            Outcome::Overlap
-        } else {
-            let span = self.span_with(&part, &poses, into, target);
-            if !span.fits(problem.sheet) {
-                Outcome::Sheet
-            } else if self.apply(&part, &poses, into, m, &dirty) {
-                if from != into {
-                    self.size[from as usize] -= count;
-                    self.size[into as usize] += count;
-                    self.pieces -= usize::from(self.size[from as usize] == 0);
-                    self.spans[from as usize] = None;
-                }
-                self.spans[into as usize] = Some(span);
-                Outcome::Done(part.len())
-            } else {
-                Outcome::Tab
-            }
-        };
+        let outcome = self.try_laid(m, (&part, &poses), &mut dirty, target, wanted);
         self.scratch.part = part;
         self.scratch.poses = poses;
         self.scratch.dirty = dirty;
         outcome
+    }
+
+    /// Makes a move of a part whose new poses are known.
+    fn try_laid(
+        &mut self,
+        m: Move,
+        (part, poses): (&[u32], &[Pose]),
+        dirty: &mut Vec<u32>,
+        target: u32,
+        wanted: impl FnOnce(Change) -> bool,
+    ) -> Outcome {
+        let (from, into) = (self.piece[part[0] as usize], self.piece[target as usize]);
+        dirty.clear();
+        if self.part_overlaps(part, poses, into, m.across, dirty) {
+            return Outcome::Overlap;
+        }
+        let mut grown = if from == into { self.span_of_rest(target) } else { self.spans[into as usize] };
+        for (&f, pose) in part.iter().zip(poses) {
+            grown.add(&self.problem.mesh.facets[f as usize], pose);
+        }
+        if !grown.fits(self.problem.sheet) {
+            return Outcome::Sheet;
+        }
+        let left = if from == into { Span::EMPTY } else { self.span_left(m.cut) };
+        let boxes = |span: Span| span.least_box();
+        let before = boxes(self.spans[into as usize]) + if from == into { 0.0 } else { boxes(self.spans[from as usize]) };
+        let moved = u32::try_from(part.len()).expect("at most MAX_FACETS");
+        let change = Change {
+            moved: if from == into { 0 } else { moved },
+            sizes: [from, into].map(|piece| self.size[piece as usize]),
+            boxes: boxes(grown) + boxes(left) - before,
+        };
+        if !wanted(change) {
+            return Outcome::Unwanted;
+        }
+        if !self.apply(part, poses, into, m, dirty) {
+            return Outcome::Tab;
+        }
+        if from != into {
+            self.size[from as usize] -= moved;
+            self.size[into as usize] += moved;
+            self.pieces -= usize::from(self.size[from as usize] == 0);
+            self.spans[from as usize] = left;
+        }
+        self.spans[into as usize] = grown;
+        Outcome::Done(part.len())
     }
 
     fn part_overlaps(&mut self, part: &[u32], poses: &[Pose], into: u32, across: u32, dirty: &mut Vec<u32>) -> bool {
@@ -174,25 +206,15 @@ impl Net<'_, '_> {
         false
     }
 
-    /// How far the piece `into` reaches with the gathered part laid in it; `target` is a facet of it that stays.
-    fn span_with(&mut self, part: &[u32], poses: &[Pose], into: u32, target: u32) -> Span {
-        let facets = &self.problem.mesh.facets;
-        let from = self.piece[part[0] as usize];
-        let mut span = match self.spans[into as usize] {
-            // A part that moves within its piece leaves its old place.
-            Some(span) if from != into => span,
-            _ => {
-                let rest = self.span_of_rest(target);
-                if from != into {
-                    self.spans[into as usize] = Some(rest);
-                }
-                rest
-            }
-        };
-        for (&f, pose) in part.iter().zip(poses) {
-            span.add(&facets[f as usize], pose);
+    /// How far the rest of a piece reaches when the gathered part is taken off at `cut`.
+    fn span_left(&mut self, cut: Option<u32>) -> Span {
+        let Some(cut) = cut else { return Span::EMPTY };
+        let sides = [0, 1].map(|side| self.problem.facet_at(cut, side).expect("tree edges are inner"));
+        match sides.into_iter().find(|&f| self.mark[f as usize] != self.stamp) {
+            Some(rest) => self.span_of_rest(rest),
+            // The cut is no edge of the part: all of the piece moves.
+            None => Span::EMPTY,
         }
-        span
     }
 
     /// How far the facets reach that hang together with `target` along the tree, without those that carry the mark of the gathering.
@@ -200,20 +222,24 @@ impl Net<'_, '_> {
         let problem = self.problem;
         let mut span = Span::EMPTY;
         let moved = self.stamp;
-        let mut queue = vec![target];
-        let mut seen = rustc_hash::FxHashSet::default();
-        seen.insert(target);
+        let mut queue = std::mem::take(&mut self.scratch.queue);
+        queue.clear();
+        queue.push(target);
+        self.visits += 1;
+        self.visited[target as usize] = self.visits;
         while let Some(f) = queue.pop() {
             span.add(&problem.mesh.facets[f as usize], &self.pose[f as usize]);
             for &e in &problem.mesh.facets[f as usize].edges {
                 if self.tree[e as usize] {
                     let g = problem.facet_at(e, 1 - problem.side_of(e, f)).expect("tree edges are inner");
-                    if self.mark[g as usize] != moved && seen.insert(g) {
+                    if self.mark[g as usize] != moved && self.visited[g as usize] != self.visits {
+                        self.visited[g as usize] = self.visits;
                         queue.push(g);
                     }
                 }
             }
         }
+        self.scratch.queue = queue;
         self.work += u64::from(self.size[self.piece[target as usize] as usize]) / 4;
         span
     }

@@ -46,10 +46,12 @@ pub struct Net<'p, 'a> {
     pub work: u64,
     polygons: Vec<Convex>,
     grid: FxHashMap<u64, Vec<u32>>,
-    /// How far each piece reaches, where it is known.
-    pub(super) spans: Vec<Option<Span>>,
+    /// How far each piece reaches.
+    pub(super) spans: Vec<Span>,
     pub(super) mark: Vec<u32>,
     pub(super) stamp: u32,
+    pub(super) visited: Vec<u32>,
+    pub(super) visits: u32,
     pub(super) scratch: Scratch,
 }
 
@@ -57,6 +59,7 @@ pub struct Net<'p, 'a> {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
     pub(super) part: Vec<u32>,
+    pub(super) queue: Vec<u32>,
     pub(super) poses: Vec<Pose>,
     pub(super) old: Vec<Pose>,
     pub(super) dirty: Vec<u32>,
@@ -83,12 +86,15 @@ impl<'p, 'a> Net<'p, 'a> {
             work: 0,
             polygons: vec![Convex::default(); problem.facet_of_item.len() + edges],
             grid: FxHashMap::default(),
-            spans: vec![None; facets],
+            spans: vec![Span::EMPTY; facets],
             mark: vec![0; facets],
             stamp: 0,
+            visited: vec![0; facets],
+            visits: 0,
             scratch: Scratch::default(),
         };
         for f in 0..net.piece.len() {
+            net.spans[f].add(&mesh.facets[f], &Pose::IDENTITY);
             net.insert_facet(u32::try_from(f).expect("at most MAX_FACETS"));
         }
         for e in 0..u32::try_from(edges).expect("few") {
@@ -96,6 +102,11 @@ impl<'p, 'a> Net<'p, 'a> {
             net.give_tab(e);
         }
         net
+    }
+
+    /// Areas of the least boxes of all pieces together, mm².
+    pub fn boxes(&self) -> f64 {
+        self.spans.iter().map(Span::least_box).sum()
     }
 
     /// Glued edges without a place for a tab.
@@ -225,7 +236,7 @@ impl<'p, 'a> Net<'p, 'a> {
         let mesh = problem.mesh;
         let facets = mesh.facets.len();
         self.grid.clear();
-        self.spans.fill(None);
+        self.spans.fill(Span::EMPTY);
         self.tree.copy_from_slice(tree);
         self.tab.fill(None);
         self.size.fill(0);
@@ -260,6 +271,7 @@ impl<'p, 'a> Net<'p, 'a> {
             }
         }
         for f in 0..facets {
+            self.spans[self.piece[f] as usize].add(&mesh.facets[f], &self.pose[f]);
             self.insert_facet(u32::try_from(f).expect("at most MAX_FACETS"));
         }
         for (e, edge) in (0_u32..).zip(&mesh.edges) {

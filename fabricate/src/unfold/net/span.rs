@@ -10,7 +10,7 @@ use glam::DVec2;
 const DIRECTIONS: usize = 8;
 
 /// Least and largest coordinates along directions of a quarter turn, then along those a right angle further.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Span([[f64; 2]; 2 * DIRECTIONS]);
 
 impl Span {
@@ -28,6 +28,16 @@ impl Span {
                 }
             }
         }
+    }
+
+    /// Area of the smallest box among the rotations, mm²; 0 of nothing.
+    pub(super) fn least_box(&self) -> f64 {
+        let [w, h] = [0, DIRECTIONS].map(|j| self.0[j][1] - self.0[j][0]);
+        if w < 0.0 || h < 0.0 {
+            return 0.0;
+        }
+        let area = |k: usize| (self.0[k][1] - self.0[k][0]) * (self.0[k + DIRECTIONS][1] - self.0[k + DIRECTIONS][0]);
+        (0..DIRECTIONS).map(area).fold(f64::INFINITY, f64::min)
     }
 
     /// Whether some of the rotations fits the sheet, upright or lying.
