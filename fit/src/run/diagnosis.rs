@@ -100,7 +100,10 @@ impl Explained {
         let passes_now = self.passes && !before.passes;
         // What is left of a photograph's misfit is a share of its own light.
         let distant_agree = self.training <= MOST_ERROR && before.training > MOST_ERROR && !self.is_worse_near(before);
-        residuals_say || ((passes_now || distant_agree) && ratio <= CLEARLY_BETTER)
+        // A failure for a light or a number on its bound leaves errors that pass: then they must be clearly smaller. Values that were encoded have smaller relative errors than
+        // linear ones, so that this is no matter of the curve.
+        let errors_say = other_values && self.passes && before.passes && self.training <= REPAIRED * before.training;
+        residuals_say || errors_say || ((passes_now || distant_agree) && ratio <= CLEARLY_BETTER)
     }
 
     /// Whether the close-up is explained clearly worse.

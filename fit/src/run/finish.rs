@@ -10,9 +10,10 @@ use super::options::{COARSE, FINE, Options, POLISH_SAMPLES, SEARCH_SHARE};
 use super::outcome::{Compared, Early, Outcome};
 use super::prepared::{Prepared, sights_of};
 use super::scale_of_colours::{self, ScaleOfColours};
-use super::stages::{Searched, distance, is_doubted, model_of};
+use super::stages::{Searched, distance, interreflection_at, is_doubted, model_of};
 use super::stopwatch::Stopwatch;
 use crate::fit_file::material_text::MaterialText;
+use crate::fit_file::spec::USUAL_BOUNCES;
 use crate::fit_file::variant::{self, Variant};
 use crate::parallel::in_parallel;
 use crate::photograph::close_up::CloseUp;
@@ -20,7 +21,9 @@ use crate::photograph::direction_bins::{DirectionBins, turned};
 use crate::photograph::image::{Photograph, Role};
 use crate::residuals::derivatives;
 use crate::residuals::equations::Evaluated;
+use crate::residuals::input::Interreflection;
 use crate::residuals::model::Model;
+use crate::residuals::near_interreflection::PathOptions;
 use crate::residuals::unknowns::{Shot, UnknownKind, stray_light};
 use crate::search::{APART, SearchShared, Start, Trace};
 use crate::uncertainty::identify::{self, Identified, Known};
@@ -30,6 +33,7 @@ use crate::verdict::near::NearComparison;
 use crate::verdict::validate::{Validation, Verdict};
 use biscale::error::{BadInput, Error, Result};
 use biscale::filter::Control;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// Profiles that are made. Chosen, not measured: each takes 14 evaluations.
@@ -131,8 +135,10 @@ fn report(
     let best = &Start { point: starts[0].point[..prepared.variables().len()].to_vec(), ..starts[0].clone() };
     let model = model_of(prepared, &solved, &prepared.fine, POLISH_SAMPLES, best, &variants[best.choice], control)?;
     let Some(evaluated) = model.evaluate(&best.point, control)? else { return Err(no_surface(prepared)) };
-    let state = model.state(&best.point);
-    let (mut identified, profiles) = uncertainty(prepared, &solved, &model, &evaluated, best, early, &mut parts)?;
+    let missing =
+        parts.make("interreflection", 0.0, |control| missing_interreflection(prepared, &model, &evaluated, best, options.seed, control))?;
+    let (mut identified, profiles) =
+        uncertainty(prepared, &solved, &model, (&evaluated, missing.as_ref().and_then(Option::as_ref)), best, early, &mut parts)?;
     watch.lap("uncertainty");
     let mut notes = prepared.notes.clone();
     notes.extend(best.interreflection.iter().flat_map(|found| found.notes.iter().cloned()));
@@ -145,9 +151,7 @@ fn report(
     let material = text.material()?;
     let small = material.build()?;
     let training = evaluated.relative_rms(&prepared.fine);
-    let missing = parts.make("interreflection", 0.4, |control| {
-        scale_of_colours::missing_interreflection(prepared, best, &small, &state.lights, options.seed, control)
-    })?;
+    let missing = missing.map(|traced| traced.map_or(0.0, |traced| scale_of_colours::share_of(prepared, &traced)));
     if !identified.covariance.is_empty() {
         let scale = ScaleOfColours::of(prepared, &identified, missing);
         identified.add_scale(scale.sigma, scale.assumed);
@@ -249,7 +253,7 @@ fn uncertainty(
     prepared: &Prepared<'_>,
     options: &Options,
     model: &Model<'_>,
-    evaluated: &Evaluated,
+    (evaluated, missing): (&Evaluated, Option<&Arc<Interreflection>>),
     best: &Start,
     early: Option<Early>,
     parts: &mut Parts<'_>,
@@ -263,7 +267,19 @@ fn uncertainty(
             Ok(model.evaluate_with(&best.point, Some(&evaluated.linear), control)?.map(|e| derivatives::residuals(&e)))
         })?;
         let replicates: Vec<Vec<f64>> = replicates.into_iter().flatten().filter(|r| r.len() == derivatives.rows.len()).collect();
-        Ok((identify::identify(model, &best.point, evaluated, &derivatives, &replicates), derivatives))
+        let changed = match missing.filter(|_| model.mean_period().is_some() || prepared.close_up.is_none()) {
+            // Of a close-up that is compared by colour clusters rows are others with interreflections.
+            None => None,
+            Some(traced) => {
+                let with = Start { interreflection: Some(traced.clone()), ..best.clone() };
+                let model = model_of(prepared, options, &prepared.fine, POLISH_SAMPLES, &with, &variants[best.choice], control)?;
+                model.evaluate_with(&best.point, Some(&evaluated.linear), control)?.map(|e| derivatives::residuals(&e))
+            }
+        };
+        let here = derivatives::residuals(evaluated);
+        let changed =
+            changed.filter(|with| with.len() == here.len()).map(|with| with.iter().zip(&here).map(|(a, b)| a - b).collect::<Vec<f64>>());
+        Ok((identify::identify(model, &best.point, evaluated, &derivatives, (&replicates, changed.as_deref())), derivatives))
     })?;
     let Some((mut identified, derivatives)) = found else {
         parts.left_out.push(PROFILES_PART);
@@ -282,6 +298,22 @@ fn uncertainty(
         profiles.push(profile);
     }
     Ok((identified, profiles))
+}
+
+/// What the fitted material reflects more than once, where the fit has none of it.
+fn missing_interreflection(
+    prepared: &Prepared<'_>,
+    model: &Model<'_>,
+    evaluated: &Evaluated,
+    best: &Start,
+    seed: u64,
+    control: &Control<'_>,
+) -> Result<Option<Arc<Interreflection>>> {
+    if best.interreflection.is_some() {
+        return Ok(None);
+    }
+    let options = PathOptions { bounces: USUAL_BOUNCES, seed };
+    interreflection_at(prepared, model, (&best.point, evaluated), options, control).map(|traced| Some(Arc::new(traced)))
 }
 
 /// Names of parts of the report.

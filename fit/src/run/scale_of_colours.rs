@@ -1,14 +1,8 @@
 //! How well the scale is known that all colours share: exposure times colour is all that a photograph shows.
 
 use super::prepared::Prepared;
-use crate::fit_file::spec::USUAL_BOUNCES;
-use crate::residuals::interreflection::trace_interreflection;
-use crate::residuals::near_interreflection::PathOptions;
-use crate::search::Start;
+use crate::residuals::input::Interreflection;
 use crate::uncertainty::identify::Identified;
-use biscale::error::Result;
-use biscale::filter::Control;
-use biscale::material::SmallScale;
 
 /// Relative standard deviation of a scale that nothing tells.
 const UNKNOWN: f64 = 1.0;
@@ -38,7 +32,7 @@ impl ScaleOfColours {
         let left_out = missing.filter(|share| *share > TOLD);
         let notes = left_out.map(|share| {
             format!(
-                "the fitted material would reflect {:.1} % of what the distant photographs show more than once, which the fit leaves out: colours are \
+                "the fitted material would reflect {:.1} % of what the distant photographs show more than once, which the fit leaves out: all that it finds is \
                  uncertain by as much",
                 100.0 * share
             )
@@ -51,30 +45,14 @@ impl ScaleOfColours {
     }
 }
 
-/// How much of the light of the distant photographs the fitted material would reflect more than once, where the fit has none of it: relative RMS
-/// over the direction bins, 0 where it has.
-///
-/// # Errors
-/// Those of the filter.
-pub(super) fn missing_interreflection(
-    prepared: &Prepared<'_>,
-    best: &Start,
-    small: &SmallScale,
-    lights: &[[f64; 2]],
-    seed: u64,
-    control: &Control<'_>,
-) -> Result<f64> {
-    if best.interreflection.is_some() {
-        return Ok(0.0);
-    }
-    let options = PathOptions { bounces: USUAL_BOUNCES, seed };
-    let traced = trace_interreflection(small, &prepared.coarse, lights, None, options, control)?;
+/// How much of the light of the distant photographs was `traced` as reflected more than once: relative RMS over the direction bins.
+pub(super) fn share_of(prepared: &Prepared<'_>, traced: &Interreflection) -> f64 {
     let (mut missing, mut energy) = (0.0, 0.0);
-    for (bin, extra) in prepared.coarse.iter().flat_map(|p| &p.bins).zip(traced.bins.iter().flatten()) {
+    for (bin, extra) in prepared.fine.iter().flat_map(|p| &p.bins).zip(traced.bins.iter().flatten()) {
         for c in 0..3 {
             missing += bin.count as f64 * (bin.irradiance[c] * extra[c]).powi(2);
             energy += bin.count as f64 * bin.mean[c].powi(2);
         }
     }
-    Ok(if energy > 0.0 { (missing / energy).sqrt() } else { 0.0 })
+    if energy > 0.0 { (missing / energy).sqrt() } else { 0.0 }
 }

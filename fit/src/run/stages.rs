@@ -7,6 +7,7 @@ use super::stopwatch::Stopwatch;
 use crate::fit_file::variant::{Variant, Variants};
 use crate::parallel::in_parallel;
 use crate::photograph::direction_bins::DirectionBins;
+use crate::residuals::equations::Evaluated;
 use crate::residuals::input::{Interreflection, ModelInput, Sampling, material_values};
 use crate::residuals::interreflection::{NearScene, trace_interreflection};
 use crate::residuals::model::{Model, Registration};
@@ -63,7 +64,7 @@ const STAGES: StagesParams = StagesParams {
     polish: StageParams { step: 0.1, evaluations: [40, 10], confirm: 0.0 },
 };
 
-/// By how much the light of the close-up is pushed, as a share of its range: 3 degrees where that is 24. Chosen, not measured: a fit that stood still
+/// By how much a light is pushed, as a share of its range: 3 degrees where that is 24. Chosen, not measured: a fit that stood still
 /// went on from there (`FROM=2 COUNT=1 cargo test --test coverage`).
 const PUSH: f64 = 0.125;
 
@@ -224,22 +225,25 @@ impl Search<'_> {
         Ok((refined, others.into_iter().filter_map(as_before).collect()))
     }
 
-    /// Starts from the best one, numbered from `first` on, with the light of the close-up pushed to either side, and refined again; the best first. Where
-    /// that light is not what the file says, geometry and colours make up for it, along a valley whose floor a descent loses: from beside
-    /// it goes on. Empty where that light does not move.
+    /// Starts from the best one, numbered from `first` on, with a light pushed to either side, and refined again; the best first. Where a light is not
+    /// what the file says, geometry and colours make up for it, along a valley whose floor a descent loses: from beside it goes on. Empty where no light moves.
     fn pushed(&self, best: &Start, first: usize, variants: &[Variant], watch: &mut Stopwatch<'_>) -> Result<Vec<Start>> {
         let variables = self.prepared.variables();
-        let of_close_up = |v: &Variable| matches!(v, Variable::Light { shot: Shot::CloseUp, .. });
+        let compared = self.prepared.close_up.as_ref().is_some_and(|found| found.mean_period.is_some());
+        let may_push = |v: &Variable| match v {
+            Variable::Light { shot: Shot::CloseUp, .. } => compared,
+            Variable::Light { shot: Shot::Distant(_), .. } => true,
+            _ => false,
+        };
         let mut points: Vec<Vec<f64>> = Vec::new();
-        for (k, _) in variables.iter().enumerate().filter(|(_, v)| of_close_up(v)) {
+        for (k, _) in variables.iter().enumerate().filter(|(_, v)| may_push(v)) {
             points.extend([-PUSH, PUSH].map(|push| {
                 let mut point = best.point.clone();
                 point[k] = (point[k] + push).clamp(0.0, 1.0);
                 point
             }));
         }
-        let compared = self.prepared.close_up.as_ref().is_some_and(|found| found.mean_period.is_some());
-        if points.is_empty() || !compared || !self.descends() || !best.objective.is_finite() {
+        if points.is_empty() || !self.descends() || !best.objective.is_finite() {
             return Ok(Vec::new());
         }
         // Believed less for being explained badly, the close-up would not pull it back.
@@ -303,19 +307,29 @@ impl Search<'_> {
         let (prepared, control) = (self.prepared, self.shared.control);
         let model = self.model(&prepared.fine, COARSE.samples, start, variants)?;
         let Some(evaluated) = model.evaluate(&start.point, control)? else { return Ok(None) };
-        let state = model.state(&start.point);
-        let values =
-            material_values(prepared.spec, &found(prepared.spec, model.input.variant, &state, &model.unknowns, &evaluated.linear))?;
-        let small = values.material()?.build()?;
-        let round = model.rounded(&values)?;
-        let near = prepared.close_up.as_ref().map(|close_up| NearScene {
-            close_up,
-            light: state.near_light,
-            small: round.as_ref().unwrap_or(&small),
-        });
         let options = PathOptions { bounces: prepared.spec.bounces, seed: self.options.seed };
-        trace_interreflection(&small, &prepared.fine, &state.lights, near, options, control).map(Some)
+        interreflection_at(prepared, &model, (&start.point, &evaluated), options, control).map(Some)
     }
+}
+
+/// The interreflections at a point of a model, traced anew.
+///
+/// # Errors
+/// Those of the filter.
+pub(super) fn interreflection_at(
+    prepared: &Prepared<'_>,
+    model: &Model<'_>,
+    (point, evaluated): (&[f64], &Evaluated),
+    options: PathOptions,
+    control: &Control<'_>,
+) -> Result<Interreflection> {
+    let state = model.state(point);
+    let values = material_values(prepared.spec, &found(prepared.spec, model.input.variant, &state, &model.unknowns, &evaluated.linear))?;
+    let small = values.material()?.build()?;
+    let round = model.rounded(&values)?;
+    let near =
+        prepared.close_up.as_ref().map(|close_up| NearScene { close_up, light: state.near_light, small: round.as_ref().unwrap_or(&small) });
+    trace_interreflection(&small, &prepared.fine, &state.lights, near, options, control)
 }
 
 /// The starts that are refined, the best one first, and the rest: of starts that ended in the same minimum the best one. The coarse model tells the sides of threads badly: the best start of each number of them

@@ -3,8 +3,8 @@
 //! The residuals are linear in the colours and nearly so, near the best point, in everything else. Their derivatives there, by central
 //! differences over a step that visibility bits do not spoil, give the covariance `(Jᵀ S⁻¹ J)⁻¹`. `S` has for each group of rows (a distant
 //! photograph, the close-up) its mean squared residual, at least 1: a group that is not explained is not made up for by others that are. It has
-//! three times that, since the three channels of a pixel leave the same out. What other samples of the surface would change (`replicates`) is
-//! added to the covariance. The bounds count as knowledge as well, of a standard deviation of `range/√12`: what nothing tells has that one.
+//! three times that, since the three channels of a pixel leave the same out. What other samples of the surface would change (`replicates`), and
+//! light that the model leaves out (`missing`), is added to the covariance. The bounds count as knowledge as well, of a standard deviation of `range/√12`: what nothing tells has that one.
 
 use crate::residuals::derivatives::{Derivatives, weights};
 use crate::residuals::equations::Evaluated;
@@ -166,6 +166,8 @@ struct BestPoint<'a> {
     derivatives: &'a Derivatives,
     /// Residuals there, colours and all, of models with other samples.
     replicates: &'a [Vec<f64>],
+    /// What residuals change by where light is added that the model leaves out.
+    missing: Option<&'a [f64]>,
     /// Ranges of all unknowns in the units of the derivatives.
     range: Vec<f64>,
     /// Which linear unknowns lie on a bound of their own, and do not answer to the others.
@@ -200,8 +202,11 @@ impl BestPoint<'_> {
         }
         let inverse = Cholesky::new(&gram, total)?.inverse();
         let share = 1.0 / (self.replicates.len() as f64).sqrt();
+        let of_samples = self.differences().into_iter().map(|difference| (share, difference));
+        // Of light that is left out all is missing: the change is no deviation about a mean.
+        let of_missing = self.missing.map(|change| (1.0, change.to_vec()));
         let mut found = inverse.clone();
-        for difference in self.differences() {
+        for (share, difference) in of_samples.chain(of_missing) {
             let answer = self.answer(&inverse, keep, &difference);
             for i in (0..total).filter(|&i| !self.held[i]) {
                 for j in (0..total).filter(|&j| !self.held[j]) {
@@ -329,8 +334,15 @@ fn condition(gram: &[f64], n: usize) -> f64 {
     if low > 0.0 { (high / low).sqrt() } else { f64::INFINITY }
 }
 
-/// What is known at the best point. `replicates` are the residuals there, colours and all, of models with other samples.
-pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives: &Derivatives, replicates: &[Vec<f64>]) -> Identified {
+/// What is known at the best point. `replicates` are the residuals there, colours and all, of models with other samples; `missing` what residuals change by where light
+/// is added that the model leaves out.
+pub fn identify(
+    model: &Model<'_>,
+    point: &[f64],
+    best: &Evaluated,
+    derivatives: &Derivatives,
+    (replicates, missing): (&[Vec<f64>], Option<&[f64]>),
+) -> Identified {
     let counts: Vec<f64> = best.rows.iter().map(|(row, _)| row.weight).chain(best.fixed.iter().map(|_| 1.0)).collect();
     let residuals: f64 = counts.iter().sum();
     let chi2 = derivatives.residuals.iter().map(|r| r * r).sum::<f64>() / residuals.max(1.0);
@@ -340,6 +352,7 @@ pub fn identify(model: &Model<'_>, point: &[f64], best: &Evaluated, derivatives:
         evaluated: best,
         derivatives,
         replicates,
+        missing,
         range: ranges(model, point.len(), best),
         held: on_walls(model, point.len(), best),
         trust: trust(derivatives, &counts, model.input.photographs.len()),
