@@ -46,7 +46,11 @@ impl Cli {
         command.build();
         let matches = command.try_get_matches_from_mut(std::env::args_os())?;
         let mut cli = Self::from_arg_matches(&matches)?;
-        if let Some(running) = matches.subcommand_name().and_then(|name| command.find_subcommand(name)) {
+        // Of a command of commands the flags are those of the innermost one.
+        let (mut running, mut of) = (&command, &matches);
+        while let Some((name, inner)) = of.subcommand() {
+            let Some(found) = running.find_subcommand(name) else { break };
+            (running, of) = (found, inner);
             cli.common.flags = Flags::of(running);
         }
         Ok(cli)

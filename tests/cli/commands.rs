@@ -9,10 +9,12 @@ use serde_json::Value;
 use support::{Folder, MATERIAL, PLANE, project};
 
 /// All commands, in the order of the work.
-const COMMANDS: [&str; 14] =
-    ["new", "list", "check", "eval", "bake", "plot", "render", "compare", "study", "fold", "capture", "fit", "cache", "edit"];
+const COMMANDS: [&str; 15] =
+    ["new", "list", "check", "eval", "bake", "btf", "plot", "render", "compare", "study", "fold", "capture", "fit", "cache", "edit"];
 /// Those that say that they are not built yet.
 const LATER: [&str; 1] = ["edit"];
+/// Commands of a command.
+const OF_BTF: [&str; 3] = ["make", "image", "ptm"];
 /// Set to write `docs/commands.md` anew in place of comparing it.
 const UPDATE: &str = "BISCALE_UPDATE_DOCS";
 
@@ -44,6 +46,9 @@ fn the_documentation_of_the_commands_is_their_help() {
     add("biscale", &help(&["--help"]));
     for command in COMMANDS {
         add(&format!("biscale {command}"), &help(&[command, "--help"]));
+        for part in OF_BTF.into_iter().filter(|_| command == "btf") {
+            add(&format!("biscale btf {part}"), &help(&["btf", part, "--help"]));
+        }
     }
     let page = project("docs/commands.md");
     if std::env::var_os(UPDATE).is_some() {

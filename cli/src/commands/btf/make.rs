@@ -80,7 +80,7 @@ fn directions(of: &str, flag: &str) -> Result<Vec<DVec3>> {
     let path = Path::new(of);
     let bytes = read_bounded(path, MAX_TEXT_BYTES, "a list of directions is short").map_err(|error| match error {
         Error::BadInput(bad) => {
-            BadInput::new(bad.problem, "name ubo81, ubo151, or a file of directions").in_file(path).at_field(flag).into()
+            BadInput::new(format!("{of}: {}", bad.problem), "name ubo81, ubo151, or a file of directions").at_field(flag).into()
         }
         error => error,
     })?;

@@ -1,0 +1,110 @@
+//! `biscale btf` through the binary: what it writes, what reads that, and what is refused before the work.
+
+#![allow(clippy::unwrap_used, reason = "a test that meets the unexpected should panic")]
+
+#[allow(dead_code, reason = "shared by several test programs; each uses its part")]
+mod support;
+
+use biscale::btf::{BtfFile, Ptm};
+use serde_json::Value;
+use support::cases::Wrong::Arguments;
+use support::cases::try_all;
+use support::{Folder, Said};
+
+const LIST: &str = "# theta phi\n0 0\n30 0\n30 120\n30 240\n60 60\n60 180\n60 300\n";
+
+fn made(folder: &Folder) -> Said {
+    folder.write("seven.txt", LIST);
+    folder.run([
+        "btf",
+        "make",
+        "m.toml",
+        "-o",
+        "a.btf.npz",
+        "--texels",
+        "4x3",
+        "--directions",
+        "seven.txt",
+        "--tolerance",
+        "0.05",
+        "--json",
+    ])
+}
+
+#[test]
+fn a_flat_diffuse_tile_is_albedo_over_pi_times_the_cosine_of_the_light_in_all_texels() {
+    let folder = Folder::new();
+    let said = made(&folder);
+    assert_eq!(said.status, 0, "{}", said.stderr);
+    let object: Value = serde_json::from_str(&said.stdout).unwrap();
+    assert_eq!((&object["summary"]["views"], &object["summary"]["texels"][1]), (&7.into(), &3.into()));
+    let mut btf = BtfFile::open(&folder.path("a.btf.npz")).unwrap();
+    assert!(btf.cover.iter().all(|c| *c == [1.0; 2]) && btf.about.material == folder.read("m.toml"));
+    for view in 0..7 {
+        let image = btf.view(view).unwrap();
+        for (light, texels) in image.chunks_exact(12).enumerate() {
+            let expected = 0.5 / std::f64::consts::PI * btf.lights[light].z;
+            assert!(texels.iter().flatten().all(|&v| (f64::from(v) / expected - 1.0).abs() < 1e-3), "{view} {light}: {texels:?}");
+        }
+    }
+}
+
+#[test]
+fn one_image_is_a_picture_and_one_view_a_map_that_other_programs_relight() {
+    let folder = Folder::new();
+    assert_eq!(made(&folder).status, 0);
+    let said = folder.run(["btf", "image", "a.btf.npz", "-o", "a.png", "--view", "3", "--light", "2", "--repeat", "5"]);
+    assert_eq!(said.status, 0, "{}", said.stderr);
+    assert!(said.stderr.contains("theta 30.0, phi 240.0"), "{}", said.stderr);
+    let picture = image::open(folder.path("a.png")).unwrap();
+    assert_eq!((picture.width(), picture.height()), (20, 15));
+    assert_eq!(folder.run(["btf", "image", "a.btf.npz", "-o", "a.exr"]).status, 0);
+    let said = folder.run(["btf", "ptm", "a.btf.npz", "-o", "a.ptm", "--linear", "--exposure", "0", "--json"]);
+    assert_eq!(said.status, 0, "{}", said.stderr);
+    let object: Value = serde_json::from_str(&said.stdout).unwrap();
+    // The cosine is sqrt(1 - lx² - ly²), which a polynomial of degree two nearly is.
+    assert!(object["relative_rms"].as_f64().unwrap() < 0.02 && object["relative_rms_of_file"].as_f64().unwrap() < 0.03, "{object}");
+    assert_eq!(Ptm::read(&std::fs::read(folder.path("a.ptm")).unwrap()).unwrap().texels, [4, 3]);
+}
+
+#[test]
+fn what_cannot_be_made_or_shown_is_refused_before_the_work() {
+    try_all(&[
+        ("another ending", Arguments(&["btf", "make", "m.toml", "-o", "a.exr"]), 2, &["a.exr", ".npz"]),
+        ("standard output", Arguments(&["btf", "make", "m.toml", "-o", "-"]), 2, &[".npz"]),
+        (
+            "no such set",
+            Arguments(&["btf", "make", "m.toml", "-o", "a.npz", "--directions", "ubo99"]),
+            2,
+            &["ubo99", "--directions", "ubo81"],
+        ),
+        (
+            "a list that is none",
+            Arguments(&["btf", "make", "m.toml", "-o", "a.npz", "--lights", "m.toml"]),
+            2,
+            &["m.toml", "line 1", "not all numbers"],
+        ),
+        ("no texels", Arguments(&["btf", "make", "m.toml", "-o", "a.npz", "--texels", "0"]), 2, &["--texels", "1 to 2048"]),
+        ("texels in words", Arguments(&["btf", "make", "m.toml", "-o", "a.npz", "--texels", "axb"]), 2, &["--texels", "64x32"]),
+        ("a plane nowhere", Arguments(&["btf", "make", "m.toml", "-o", "a.npz", "--plane", "nan"]), 2, &["--plane", "middle"]),
+        (
+            "too much",
+            Arguments(&["btf", "make", "m.toml", "-o", "a.npz", "--texels", "2048", "--directions", "ubo151"]),
+            2,
+            &["billion", "fewer texels"],
+        ),
+        ("a material that is no BTF", Arguments(&["btf", "image", "m.toml", "-o", "a.png"]), 2, &["m.toml", "no BTF"]),
+        ("no BTF at all", Arguments(&["btf", "ptm", "none.npz", "-o", "a.ptm"]), 2, &["none.npz", "no such file"]),
+        ("a picture of another kind", Arguments(&["btf", "image", "m.toml", "-o", "a.jpg"]), 2, &["a.jpg", ".png or .exr"]),
+    ]);
+    let folder = Folder::new();
+    assert_eq!(made(&folder).status, 0);
+    for (flag, number) in [("--view", "7"), ("--light", "9")] {
+        let said = folder.run(["btf", "image", "a.btf.npz", "-o", "a.png", flag, number]);
+        assert!(said.status == 2 && said.stderr.contains("numbered from 0") && !folder.path("a.png").exists(), "{}", said.stderr);
+    }
+    // The same command replaces what it made, and nothing else.
+    assert_eq!(made(&folder).status, 0);
+    folder.write("a.btf.npz", "a picture of mine");
+    assert!(made(&folder).status == 2 && folder.read("a.btf.npz") == "a picture of mine");
+}
