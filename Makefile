@@ -31,6 +31,7 @@ test:
 	scripts/structure.py --check
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --workspace --all-targets --locked --features biscale-cli/capture -- -D warnings
+	$(CARGO) clippy --package biscale-cli --locked -- -D warnings
 	RUSTDOCFLAGS="-D warnings -A rustdoc::private-intra-doc-links" $(CARGO) doc --workspace --no-deps --document-private-items --locked --features biscale-cli/capture
 	$(CARGO) test --workspace --locked --features biscale-cli/capture
 

@@ -9,7 +9,6 @@ pub mod png;
 mod streams;
 mod target;
 mod unfinished;
-#[cfg(feature = "capture")]
 mod whole_folder;
 
 pub use colour::{ColourChoice, choose_colour};
@@ -19,5 +18,4 @@ pub use made_folder::MadeFolder;
 pub use mark::{begins_with, has_creator, has_mark};
 pub use streams::{is_broken_pipe, plain, print, print_json, say, say_error, tell};
 pub use target::{Target, remove_unfinished};
-#[cfg(feature = "capture")]
 pub use whole_folder::OutputFolder;

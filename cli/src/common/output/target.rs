@@ -180,7 +180,6 @@ struct Unfinished {
 pub struct Listed(PathBuf);
 
 /// Lists something unfinished, to be removed by an interrupt.
-#[cfg(feature = "capture")]
 pub fn list_unfinished(path: &Path) -> Listed {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).push(path.to_path_buf());
     Listed(path.to_path_buf())
