@@ -6,7 +6,7 @@
 
 use biscale::error::{Error, Result};
 use biscale_fabricate::design::{FoldRecipe, Source};
-use biscale_fabricate::drawing::{Look, sheets};
+use biscale_fabricate::drawing::{Look, assembly_pages, sheets};
 use biscale_fabricate::formats::{Content, Format, side_by_side};
 use biscale_fabricate::paper::Paper;
 use biscale_fabricate::surface::prepare;
@@ -37,8 +37,17 @@ fn main() -> Result<()> {
     println!("{} pieces; {without_tab} glued edges have no place for a tab", pattern.pieces.len());
 
     let title = source.name(file.as_ref());
-    let look = Look { title: title.clone(), colours: true, angles: true, period: 0.0, numbers: true, silhouette: false, back: false };
-    let sheets = sheets(&mesh, &pattern, paper, &look, None)?;
+    let look = Look {
+        title: title.clone(),
+        colours: true,
+        angles: true,
+        period: 0.0,
+        numbers: true,
+        silhouette: false,
+        back: false,
+        clean_front: false,
+    };
+    let sheets = sheets(&mesh, &pattern, paper, &look, None, assembly_pages(&mesh, &pattern, paper, &title))?;
     let placed = side_by_side(&pattern, &sheets);
     // What a verifier needs to build the same design again.
     let recipe = serde_json::json!(recipe);

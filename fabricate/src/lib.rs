@@ -1,6 +1,6 @@
 //! Folding patterns of small-scale surfaces: from the design to sheets that a person can print, cut, fold and glue.
 //!
-//! The rooms in the order of the flow; none uses a later one, and [`verify`] uses nothing but [`mesh`]:
+//! The rooms in the order of the flow; none uses a later one, and [`verify`] uses nothing but [`mesh`] and [`sheet_recipe`]:
 //!
 //! | room | in -> out |
 //! |---|---|
@@ -15,6 +15,7 @@
 //! | [`wrap`] | the sheet that is wrapped around a large object, with markers for the camera |
 //! | [`formats`] | marks and pieces -> SVG, PDF, PNG, DXF, FOLD, Origami Simulator |
 //! | [`preview`] | the surface as paper can take it -> how far its effective BRDF is from the design's |
+//! | [`sheet_recipe`] | what the sheets are to show, as files keep it |
 //! | [`verify`] | a written file -> what is wrong with it |
 
 pub mod design;
@@ -25,6 +26,7 @@ pub mod mesh;
 pub mod paper;
 pub mod polygon;
 pub mod preview;
+pub mod sheet_recipe;
 pub mod surface;
 pub mod unfold;
 pub mod verify;

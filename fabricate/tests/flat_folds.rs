@@ -27,8 +27,17 @@ fn strips(angles: [f64; 2]) -> Mesh {
 
 /// Scored valleys, lines for readers only, and angles that are written.
 fn drawn(mesh: &Mesh, pattern: &Pattern, paper: Paper) -> (usize, usize, usize) {
-    let look = Look { title: String::new(), colours: false, angles: true, period: 0.0, numbers: false, silhouette: false, back: false };
-    let pages = sheets(mesh, pattern, paper, &look, None).unwrap().pages;
+    let look = Look {
+        title: String::new(),
+        colours: false,
+        angles: true,
+        period: 0.0,
+        numbers: false,
+        silhouette: false,
+        back: false,
+        clean_front: false,
+    };
+    let pages = sheets(mesh, pattern, paper, &look, None, Vec::new()).unwrap().pages;
     let marks = || pages.iter().flat_map(|p| &p.items).map(|i| &i.mark);
     let lines = |wanted: Style| marks().filter(|m| matches!(m, Mark::Line { style, .. } if *style == wanted)).count();
     let angles = marks().filter(|m| matches!(m, Mark::Text { text, .. } if text.contains('°'))).count();

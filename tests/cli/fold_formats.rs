@@ -119,6 +119,8 @@ fn dxf_has_its_layers_and_closed_outlines() {
     assert!(pairs.iter().all(|(code, _)| code.parse::<u32>().is_ok()));
     assert_eq!(pairs.last(), Some(&("0", "EOF")));
     assert!(pairs.contains(&("1", "AC1009")), "R12");
+    assert!(pairs.windows(2).any(|w| w == [("9", "$INSUNITS"), ("70", "4")]), "lengths are mm");
+    assert!(pairs.windows(2).filter(|w| *w == [("0", "TEXT"), ("8", "TEXT")]).count() > 20, "names and numbers are there");
     for layer in ["CUT", "SCORE_M", "SCORE_V", "REG"] {
         assert!(pairs.windows(2).any(|w| w[0] == ("0", "POLYLINE") && w[1] == ("8", layer)), "nothing on {layer}");
     }
@@ -162,6 +164,9 @@ fn the_bar_measures_100_mm_and_nothing_stands_in_the_margin() {
         Ok(status) if status.success() => pictures.extend([(folder.path("q-1.png"), 508.0), (folder.path("q-2.png"), 508.0)]),
         _ => println!("skipped the PDF's pixels: there is no pdftoppm"),
     }
+    let info = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(folder.path("p-1.png")).unwrap())).read_info().unwrap();
+    let dots = info.info().pixel_dims.unwrap();
+    assert!(dots.xppu == 7874 && dots.yppu == 7874 && dots.unit == png::Unit::Meter, "200 dots an inch are 7874 to the metre: {dots:?}");
     for (k, (file, dpi)) in pictures.iter().enumerate() {
         let (length, w, h, ink) = bar(file);
         let mm = 25.4 / dpi;
@@ -200,4 +205,35 @@ fn svg_sizes_are_in_mm_or_in_pixels_as_asked() {
     let front = folder.read("b-1.svg");
     let count = |text: &str, dash: &str| text.matches(&format!("stroke-dasharray=\"{dash}\"")).count();
     assert!(count(&back, "1.6 1.1") > 20 && count(&front, "3 0.9 0.5 0.9") > 20);
+}
+
+#[test]
+fn a_cutter_gets_the_layers_that_it_asks_for_and_folds_as_rows_of_cuts() {
+    let folder = Folder::new();
+    pyramids(&folder, "c.svg", &["--only", "cut"]);
+    let text = folder.read("c.svg");
+    assert!(text.contains("data-loop=") && !text.contains("data-edge=") && !text.contains("<text"), "cut lines alone, on one page");
+    pyramids(&folder, "s.dxf", &["--only", "score", "--perforate", "2,1"]);
+    let rows = folder.read("s.dxf").matches("\nPOLYLINE\n").count();
+    pyramids(&folder, "f.dxf", &["--only", "score"]);
+    let folds = folder.read("f.dxf").matches("\nPOLYLINE\n").count();
+    assert!(folds > 20 && rows > 3 * folds, "{rows} cuts of {folds} folds");
+    let sample = project("samples/pyramids.toml").display().to_string();
+    let said = folder.run(["fold", &sample, "-o", "x.svg", "--perforate", "2"]);
+    assert!(said.status == 2 && said.stderr.contains("--perforate"), "{}", said.stderr);
+}
+
+#[test]
+fn papers_tabs_and_fronts_are_as_asked_for_and_pass() {
+    let folder = Folder::new();
+    let sample = project("samples/pyramids.toml").display().to_string();
+    for (out, more) in [("a.svg", &["--page", "12x12in", "--no-tabs"][..]), ("b.svg", &["--page", "legal", "--back", "--clean-front"])] {
+        pyramids(&folder, out, more);
+        let first = out.replace('.', "-1.");
+        let said = folder.run(["fold", "--verify", &first, "--against", &sample]);
+        assert_eq!(said.status, 0, "{out}: {}", said.stderr);
+    }
+    assert!(!folder.read("a-1.svg").contains("data-tab-of"));
+    assert!(folder.read("a-1.svg").contains("width=\"304.8mm\""));
+    assert!(!folder.read("b-1.svg").contains("data-number-of") && folder.read("b-2.svg").contains("data-number-of"));
 }

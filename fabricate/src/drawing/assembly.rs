@@ -1,24 +1,20 @@
-//! The page that tells how to put the pieces together: the folded surface, the pieces with their numbers, the order.
+//! The pages that tell how to put the pieces together: the folded surface from two sides, the pieces with their numbers, the order.
 
-use super::page::{BLACK, GREY, Layer, Mark, Page, Style, WHITE, srgb, text_width};
+use super::assembly_view::{VIEWS, hue, picture};
+use super::footer::text;
+use super::page::{BLACK, Item, Layer, Mark, Page, Style, text_width};
 use crate::mesh::{Mesh, Side};
 use crate::paper::Paper;
-use crate::polygon::{area, bounds};
+use crate::polygon::bounds;
 use crate::unfold::{Pattern, Piece};
-use biscale::numerics::cast::truncate_u8;
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
-/// Where the picture is seen from: degrees from x and above the horizon. Chosen by eye.
-const AZIMUTH_DEG: f64 = -60.0;
-const ELEVATION_DEG: f64 = 35.0;
-/// Size of the numbers of pieces in the picture, mm. Chosen by eye.
-const NUMBER: f64 = 3.4;
-/// Most pieces that are numbered in the picture, and most that are listed: more do not fit one page.
-/// Chosen, not measured.
-const MOST_NUMBERS: usize = 99;
-const MOST_LISTED: usize = 40;
-/// Facets beyond which a picture of them is no help on one page. Chosen, not measured.
-const MOST_DRAWN: usize = 6000;
+/// Height of a page of a roll, mm: that of A4.
+const ROLL_PAGE: f64 = 297.0;
+/// Least width and height of the cell of a piece in the list, mm. Chosen, not measured: its text fits at a size that is read.
+const CELL: DVec2 = DVec2::new(44.0, 32.0);
+/// Share of the first page's height that the list has there. Chosen by eye.
+const LIST_SHARE: f64 = 0.3;
 
 /// Pieces in an order in which each can be glued to those before it, where there is a common edge.
 pub fn order(mesh: &Mesh, pattern: &Pattern) -> Vec<usize> {
@@ -54,214 +50,90 @@ pub fn order(mesh: &Mesh, pattern: &Pattern) -> Vec<usize> {
     out
 }
 
-/// A colour that tells the `k`th piece from its neighbours: hues a golden ratio of the circle apart, so that no two of few are close.
-fn hue(k: usize) -> [u8; 3] {
-    let h = (k as f64 * 0.618_033_988_75).fract() * 6.0;
-    let ramp = |shift: f64| (((h + shift) % 6.0 - 3.0).abs() - 1.0).clamp(0.0, 1.0);
-    srgb([ramp(0.0), ramp(4.0), ramp(2.0)].map(|v| 0.35 + 0.5 * v))
-}
+/// What the first page says.
+pub(super) const INSTRUCTIONS: [&str; 5] = [
+    "1. Cut along the black lines. 2. Fold: dash-dot lines (mountain) away from you, dashed lines",
+    "(valley) towards you, by the angle printed beside them; 0 is flat. 3. Glue each tab under the",
+    "edge with the same number, in the order of the pieces below: \"3:17\" is edge 17, glued to piece 3;",
+    "a number alone is glued within its piece. An underlined number stands upright over its line.",
+    "The printed side is the outside.",
+];
 
-/// Parts along the picture's size, so that none of them lies both before and behind another one. Chosen by eye.
-const FINENESS: f64 = 30.0;
-/// Most such parts, about: what a PDF viewer shows without delay. Chosen, not measured.
-const MOST_PARTS: f64 = 8000.0;
-
-/// A part of a facet in a picture, with which of its sides are sides of the facet.
-#[derive(Clone, Copy)]
-struct Fragment {
-    corners: [DVec3; 3],
-    border: [bool; 3],
-    facet: u32,
-    piece: usize,
-}
-
-impl Fragment {
-    /// Halves the part across its longest side until that is short enough.
-    fn cut(self, longest: f64, out: &mut Vec<Self>) {
-        let length = |k: usize| self.corners[k].distance_squared(self.corners[(k + 1) % 3]);
-        let k = if length(0) >= length(1).max(length(2)) { 0 } else { 1 + usize::from(length(2) > length(1)) };
-        if length(k) <= longest * longest {
-            out.push(self);
-            return;
-        }
-        let [a, b, c] = [k, (k + 1) % 3, (k + 2) % 3];
-        let middle = 0.5 * (self.corners[a] + self.corners[b]);
-        let [ab, bc, ca] = [a, b, c].map(|j| self.border[j]);
-        let part = |corners, border| Self { corners, border, ..self };
-        part([self.corners[a], middle, self.corners[c]], [ab, false, ca]).cut(longest, out);
-        part([middle, self.corners[b], self.corners[c]], [ab, bc, false]).cut(longest, out);
-    }
-}
-
-/// Draws the page.
-pub fn assembly_page(mesh: &Mesh, pattern: &Pattern, paper: Paper, title: &str) -> Page {
-    let height = if paper.roll { 297.0 } else { paper.size.y };
-    let mut page = Page { size: DVec2::new(paper.size.x, height), items: Vec::new() };
-    let m = paper.margin;
-    let width = page.size.x - 2.0 * m;
-    let fit = |text: &str, size: f64| size.min(width / text_width(text, 1.0).max(1.0));
+/// Draws the pages.
+pub fn assembly_pages(mesh: &Mesh, pattern: &Pattern, paper: Paper, title: &str) -> Vec<Page> {
+    let size = DVec2::new(paper.size.x, if paper.roll { ROLL_PAGE } else { paper.size.y });
+    let m = paper.margin + 0.5;
+    let width = size.x - 2.0 * m;
+    let mut page = Page { size, items: Vec::new() };
     let heading = format!("{title}: how to put it together");
-    page.text(DVec2::new(m, height - m - 3.0), fit(&heading, 5.0), heading);
-    let mut y = height - m - 9.0;
-    let lines = [
-        "1. Cut along the black lines. 2. Fold: dash-dot lines (mountain) away from you, dashed lines (valley) towards you,",
-        "by the angle printed beside them; 0 is flat. 3. Glue each tab under the edge with the same number,",
-        "in the order of the pieces below. The printed side is the outside.",
-    ];
-    let size = lines.iter().map(|l| fit(l, 3.0)).fold(3.0, f64::min);
-    for line in lines {
-        page.text(DVec2::new(m, y), size, line);
-        y -= 4.6;
+    text(&mut page, DVec2::new(m, size.y - m - 3.0), 5.0, width, heading, ("heading", String::new()));
+    let mut y = size.y - m - 9.0;
+    let type_size = INSTRUCTIONS.iter().map(|l| width / text_width(l, 1.0)).fold(3.0, f64::min);
+    for (k, line) in INSTRUCTIONS.iter().enumerate() {
+        text(&mut page, DVec2::new(m, y), type_size, width, (*line).to_owned(), ("instruction", k.to_string()));
+        y -= 1.5 * type_size;
     }
-    let bottom = m + 0.28 * height;
-    picture(&mut page, mesh, pattern, [DVec2::new(m + 0.5, bottom + 4.0), DVec2::new(m + width - 0.5, y - 2.0)]);
-    list(&mut page, mesh, pattern, [DVec2::new(m + 0.5, m + 0.5), DVec2::new(m + width - 0.5, bottom)]);
-    page
-}
-
-/// How the folded surface is seen on the page.
-struct View {
-    /// Unit vectors of space: towards the viewer, to the right and up on the page, towards the light.
-    back: DVec3,
-    right: DVec3,
-    up: DVec3,
-    light: DVec3,
-    /// From the projection to the page.
-    centre: DVec2,
-    scale: f64,
-    /// Largest extent of the projection, mm.
-    extent: f64,
-}
-
-impl View {
-    /// The view that fits a mesh between two corners of a page.
-    fn new(mesh: &Mesh, [low, high]: [DVec2; 2]) -> Self {
-        let ((sin_e, cos_e), (sin_a, cos_a)) = (ELEVATION_DEG.to_radians().sin_cos(), AZIMUTH_DEG.to_radians().sin_cos());
-        let back = DVec3::new(cos_e * cos_a, cos_e * sin_a, sin_e);
-        let right = DVec3::new(-sin_a, cos_a, 0.0);
-        let light = (0.4 * back - 0.6 * right + 0.7 * DVec3::Z).normalize();
-        let mut view = Self { back, right, up: back.cross(right), light, centre: DVec2::ZERO, scale: 1.0, extent: 0.0 };
-        let [l, h] = bounds(mesh.vertices.iter().map(|&v| view.project(v)));
-        view.scale = ((high - low) / (h - l).max(DVec2::splat(1e-9))).min_element();
-        view.centre = 0.5 * (low + high) - 0.5 * (l + h) * view.scale;
-        view.extent = (h - l).max_element();
-        view
+    let bottom = m + LIST_SHARE * size.y;
+    // Two pictures side by side, or one above the other, whichever leaves more room.
+    let (low, high) = (DVec2::new(m, bottom + 2.0), DVec2::new(m + width, y));
+    let room = high - low;
+    let beside = room.x > room.y;
+    for (k, view) in VIEWS.iter().enumerate() {
+        let k = k as f64;
+        let part = if beside { DVec2::new(0.5 * room.x, room.y) } else { DVec2::new(room.x, 0.5 * room.y) };
+        let corner = if beside { low + DVec2::new(k * part.x, 0.0) } else { low + DVec2::new(0.0, (1.0 - k) * part.y) };
+        picture(&mut page, mesh, pattern, view, [corner + 1.0, corner + part - 1.0]);
     }
-
-    fn project(&self, v: DVec3) -> DVec2 {
-        DVec2::new(v.dot(self.right), v.dot(self.up))
-    }
-
-    /// A projected point on the page.
-    fn on_page(&self, p: DVec2) -> DVec2 {
-        self.centre + p * self.scale
-    }
-
-    /// How bright a facet is, 0 to 1; its back is dark.
-    fn shade(&self, normal: DVec3) -> f64 {
-        if normal.dot(self.back) < 0.0 { 0.45 } else { 0.62 + 0.38 * normal.dot(self.light).max(0.0) }
-    }
-}
-
-/// The folded surface from the front, each piece in a hue of its own, with its number.
-fn picture(page: &mut Page, mesh: &Mesh, pattern: &Pattern, [low, high]: [DVec2; 2]) {
-    let facets: usize = pattern.pieces.iter().map(|p| p.facets.len()).sum();
-    if facets > MOST_DRAWN {
-        page.text(0.5 * (low + high), 4.0, format!("{facets} facets: too many to draw here"));
-        return;
-    }
-    let view = View::new(mesh, [low, high]);
-    for fragment in fragments(mesh, pattern, &view) {
-        let points = fragment.corners.map(|c| view.on_page(view.project(c)));
-        let shade = view.shade(mesh.facets[fragment.facet as usize].normal);
-        let fill = hue(pattern.pieces[fragment.piece].name - 1).map(|c| truncate_u8(f64::from(c) * shade));
-        page.polygon(&points, fill);
-        for j in (0..3).filter(|&j| fragment.border[j]) {
-            page.line(Layer::Print, Style::Thin, &[points[j], points[(j + 1) % 3]], false);
-        }
-    }
-    for piece in pattern.pieces.iter().take(MOST_NUMBERS) {
-        number(page, mesh, piece, &view);
-    }
-}
-
-/// The facets from the back to the front, in parts so small that none lies both before and behind another one.
-fn fragments(mesh: &Mesh, pattern: &Pattern, view: &View) -> Vec<Fragment> {
-    let mut out: Vec<Fragment> = Vec::new();
-    let whole: f64 = mesh.facets.iter().map(|f| area(&f.flat)).sum();
-    let longest = (view.extent / FINENESS).max((2.0 * whole / MOST_PARTS).sqrt());
-    for (k, piece) in pattern.pieces.iter().enumerate() {
-        for (f, _) in &piece.facets {
-            let facet = &mesh.facets[*f as usize];
-            for t in &facet.fill {
-                let n = facet.corners.len() as u32;
-                let border = |j: usize| (t[j] + 1) % n == t[(j + 1) % 3];
-                let corners = t.map(|c| mesh.vertices[facet.corners[c as usize] as usize]);
-                Fragment { corners, border: [border(0), border(1), border(2)], facet: *f, piece: k }.cut(longest, &mut out);
-            }
-        }
-    }
-    let depth = |p: &Fragment| p.corners.iter().map(|c| c.dot(view.back)).sum::<f64>();
-    out.sort_by(|a, b| depth(a).total_cmp(&depth(b)).then(a.facet.cmp(&b.facet)));
-    out
-}
-
-/// The number of a piece, on the facet that faces the viewer most; none if all face away.
-fn number(page: &mut Page, mesh: &Mesh, piece: &Piece, view: &View) {
-    let shown = |f: u32| {
-        let facet = &mesh.facets[f as usize];
-        facet.normal.dot(view.back) * area(&facet.flat)
-    };
-    let Some((f, _)) = piece.facets.iter().max_by(|(a, _), (b, _)| shown(*a).total_cmp(&shown(*b))) else { return };
-    let facet = &mesh.facets[*f as usize];
-    if facet.normal.dot(view.back) <= 0.0 {
-        return;
-    }
-    let middle = facet.corners.iter().map(|&c| view.project(mesh.vertices[c as usize])).sum::<DVec2>() / facet.corners.len() as f64;
-    let at = view.on_page(middle);
-    let text = piece.name.to_string();
-    let half = DVec2::new(0.5 * text_width(&text, NUMBER) + 0.5, 2.1);
-    page.polygon(&[at - half, at + half * DVec2::new(1.0, -1.0), at + half, at + half * DVec2::new(-1.0, 1.0)], WHITE);
-    page.add(Layer::Print, Mark::Text { at, size: NUMBER, angle: 0.0, text, colour: BLACK, anchor: 0.5 });
-}
-
-/// The pieces in their order, small, each with its number, facets and what it is glued to.
-fn list(page: &mut Page, mesh: &Mesh, pattern: &Pattern, [low, high]: [DVec2; 2]) {
     // Copies are put together like the first one.
     let order: Vec<usize> = order(mesh, pattern).into_iter().filter(|&k| pattern.pieces[k].copy == 1).collect();
-    let shown = order.len().min(MOST_LISTED);
+    let mut done = list(&mut page, pattern, &order, 0, [DVec2::splat(m), DVec2::new(m + width, bottom)]);
+    let mut pages = vec![page];
+    while done < order.len() {
+        let mut page = Page { size, items: Vec::new() };
+        let heading = format!("{title}: the pieces, continued");
+        text(&mut page, DVec2::new(m, size.y - m - 3.0), 4.0, width, heading, ("heading", String::new()));
+        done = list(&mut page, pattern, &order, done, [DVec2::splat(m), DVec2::new(m + width, size.y - m - 7.0)]);
+        pages.push(page);
+    }
+    pages
+}
+
+/// The pieces from the `first` of their order on, as many as there is room for, small, each with its place in the order and its name; the place
+/// of the next one.
+fn list(page: &mut Page, pattern: &Pattern, order: &[usize], first: usize, [low, high]: [DVec2; 2]) -> usize {
     let size = high - low;
-    // The fewest rows whose cells are still about as high as wide.
-    let columns = (1..=shown)
-        .find(|c| {
-            let rows = shown.div_ceil(*c);
-            size.x / *c as f64 <= 1.25 * size.y / rows as f64
-        })
-        .unwrap_or(shown)
-        .max(3);
-    let rows = shown.div_ceil(columns);
+    let most = (size / CELL).floor().max(DVec2::ONE);
+    let (columns, rows) = (most.x as usize, most.y as usize);
+    let shown = (order.len() - first).min(columns * rows);
+    // Few pieces get larger cells.
+    let rows = rows.min(shown.div_ceil(columns).max(1));
+    let columns = columns.min(shown.div_ceil(rows).max(2));
     let cell = DVec2::new(size.x / columns as f64, size.y / rows as f64);
-    for (place, &k) in order.iter().take(shown).enumerate() {
+    for place in 0..shown {
         let corner = DVec2::new(low.x + (place % columns) as f64 * cell.x, high.y - (place / columns + 1) as f64 * cell.y);
-        let piece = &pattern.pieces[k];
-        let [l, h] = bounds(piece.outline.iter().flatten().copied());
-        let room = DVec2::new(cell.x - 2.0, cell.y - 6.0).max(DVec2::splat(1.0));
-        let scale = (room / (h - l).max(DVec2::splat(1e-9))).min_element();
-        let shift = corner + DVec2::new(0.5 * cell.x, 0.5 * room.y + 1.0) - 0.5 * (l + h) * scale;
-        for outline in piece.outline.iter().take(1) {
-            let points: Vec<DVec2> = outline.iter().map(|&p| shift + p * scale).collect();
-            page.polygon(&points, hue(piece.name - 1));
-            page.line(Layer::Print, Style::Thin, &points, true);
-        }
-        let glue = piece.glue.iter().map(|g| g.number).collect::<std::collections::BTreeSet<_>>().len();
-        let times = if piece.copies > 1 { format!(" ({} times)", piece.copies) } else { String::new() };
-        let text = format!("{}. piece {}{times}: {} facets, {glue} glued edges", place + 1, piece.name, piece.facets.len());
-        let size = 2.6_f64.min((cell.x - 1.0) / text_width(&text, 1.0));
-        let at = corner + DVec2::new(0.5, cell.y - 2.5);
-        page.add(Layer::Print, Mark::Text { at, size, angle: 0.0, text, colour: BLACK, anchor: 0.0 });
+        entry(page, &pattern.pieces[order[first + place]], first + place + 1, corner, cell);
     }
-    if order.len() > shown {
-        let text = format!("and {} more", order.len() - shown);
-        page.add(Layer::Print, Mark::Text { at: DVec2::new(high.x, low.y + 1.0), size: 2.6, angle: 0.0, text, colour: GREY, anchor: 1.0 });
+    first + shown
+}
+
+/// One piece of the list in its cell.
+fn entry(page: &mut Page, piece: &Piece, place: usize, corner: DVec2, cell: DVec2) {
+    let [l, h] = bounds(piece.outline.iter().flatten().copied());
+    let room = DVec2::new(cell.x - 2.0, cell.y - 6.5).max(DVec2::splat(1.0));
+    let scale = (room / (h - l).max(DVec2::splat(1e-9))).min_element();
+    let shift = corner + DVec2::new(0.5 * cell.x, 0.5 * room.y + 1.0) - 0.5 * (l + h) * scale;
+    let data = |what: &str| vec![("list", piece.name.to_string()), ("part", what.to_owned())];
+    if let Some(outline) = piece.outline.first() {
+        let points: Vec<DVec2> = outline.iter().map(|&p| shift + p * scale).collect();
+        let mark = Mark::Polygon { points: points.clone(), fill: hue(piece.name - 1) };
+        page.items.push(Item { layer: Layer::Print, mark, data: data("shape") });
+        let mark = Mark::Line { points, closed: true, style: Style::Thin };
+        page.items.push(Item { layer: Layer::Print, mark, data: data("outline") });
     }
+    let times = if piece.copies > 1 { format!(" ({} times)", piece.copies) } else { String::new() };
+    let words = format!("{place}. piece {}{times}: {} facets", piece.name, piece.facets.len());
+    let size = 2.6_f64.min((cell.x - 1.5) / text_width(&words, 1.0));
+    let at = corner + DVec2::new(0.5, cell.y - 2.5);
+    let mark = Mark::Text { at, size, angle: 0.0, text: words, colour: BLACK, anchor: 0.0, underlined: false };
+    page.items.push(Item { layer: Layer::Print, mark, data: data("words") });
 }

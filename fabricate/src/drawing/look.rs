@@ -17,4 +17,6 @@ pub struct Look {
     pub silhouette: bool,
     /// A mirrored page after each for the back of the paper.
     pub back: bool,
+    /// Fold lines and texts on the back only: the front shows colours and the lines to cut. Needs `back`.
+    pub clean_front: bool,
 }

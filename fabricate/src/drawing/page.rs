@@ -79,6 +79,8 @@ pub enum Mark {
         colour: [u8; 3],
         /// Where `at` lies: 0 the start, 0.5 the middle, 1 the end.
         anchor: f64,
+        /// Whether a line stands under it: of numbers that read as others upside down.
+        underlined: bool,
     },
 }
 
@@ -149,7 +151,7 @@ impl Page {
 
     /// Adds a horizontal text that starts at a point of its middle line.
     pub fn text(&mut self, at: DVec2, size: f64, text: impl Into<String>) {
-        self.add(Layer::Print, Mark::Text { at, size, angle: 0.0, text: text.into(), colour: BLACK, anchor: 0.0 });
+        self.add(Layer::Print, Mark::Text { at, size, angle: 0.0, text: text.into(), colour: BLACK, anchor: 0.0, underlined: false });
     }
 }
 

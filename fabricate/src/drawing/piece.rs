@@ -1,23 +1,24 @@
 //! A piece on its page: colours, lines, numbers.
 
-use super::labels::{Label, Labels, NAME, NUMBER};
+use super::labels::{LEAST_TYPE, Label, Labels, NAME, NUMBER, Pending, Role, turns_into_another};
 use super::look::Look;
-use super::page::{BLACK, GREY, Item, Layer, Mark, Page, PieceImage, Style, WHITE, srgb};
+use super::page::{BLACK, Item, Layer, Mark, Page, PieceImage, Style, WHITE, srgb};
 use crate::mesh::Mesh;
 use crate::paper::BLEED;
 use crate::polygon::{area, contains, distance_to_segment};
-use crate::unfold::{Pattern, Piece};
+use crate::unfold::{Glue, Pattern, Piece};
 use glam::DVec2;
+use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 
 /// Largest and least size of the number of a period, mm. Chosen, not measured.
-const PERIOD: [f64; 2] = [2.6, 1.0];
+const PERIOD: [f64; 2] = [2.6, LEAST_TYPE];
 /// Largest and least size of a fold angle, mm. Chosen, not measured: below the numbers, which matter more.
-const ANGLE: [f64; 2] = [1.6, 0.9];
+const ANGLE: [f64; 2] = [2.0, LEAST_TYPE];
+/// Least size of a name in full, mm: a shorter one in larger type is found sooner. Chosen, not measured.
+const NAME_IN_FULL: f64 = 2.6;
 /// Facets of a piece, the largest first, on which a name is tried. Chosen, not measured.
 const NAMED_FACETS: usize = 8;
-/// sRGB values of a colour add up to less than this where black lines are hard to see on it. Chosen by eye, not measured.
-const DARK: u32 = 300;
 /// Near white, for texts on dark facets.
 const PALE: [u8; 3] = [235; 3];
 
@@ -38,7 +39,9 @@ pub(super) fn bleed(page: &mut Page, mesh: &Mesh, piece: &Piece) {
             }
             let along = (b - a).normalize_or_zero();
             let out = -along.perp() * BLEED;
-            page.polygon(&[b + along * BLEED, a - along * BLEED, a - along * BLEED + out, b + along * BLEED + out], fill);
+            let points = vec![b + along * BLEED, a - along * BLEED, a - along * BLEED + out, b + along * BLEED + out];
+            let data = vec![("bleed", edge.to_string()), ("on", f.to_string())];
+            page.items.push(Item { layer: Layer::Print, mark: Mark::Polygon { points, fill }, data });
         }
     }
 }
@@ -50,6 +53,8 @@ pub(super) struct PieceDrawing<'a> {
     pub(super) look: &'a Look,
     /// Facets that begin a period, with its number as a text.
     pub(super) rows: &'a BTreeMap<u32, String>,
+    /// Name and copy of the piece of each facet.
+    pub(super) piece_of: &'a FxHashMap<u32, [usize; 2]>,
 }
 
 /// Attributes of the marks of one piece.
@@ -70,8 +75,8 @@ impl PieceData {
 }
 
 impl PieceDrawing<'_> {
-    /// Draws a piece where it lies on its page, the `k`th of the pattern; returns how many numbers found no place.
-    pub(super) fn draw(&self, page: &mut Page, k: usize, piece: &Piece, image: Option<PieceImage>) -> usize {
+    /// Draws a piece where it lies on its page, without its texts.
+    pub(super) fn draw(&self, page: &mut Page, piece: &Piece, image: Option<PieceImage>) {
         let data = PieceData::new(piece);
         let textured = image.is_some();
         self.draw_tabs(page, piece, &data);
@@ -91,7 +96,6 @@ impl PieceDrawing<'_> {
                 data: data.with(&[("loop", j.to_string())]),
             });
         }
-        self.draw_labels(page, k, piece, &data, textured)
     }
 
     /// White tabs; colour reaches onto them as far as over the outline, or as far as the tab does.
@@ -100,7 +104,7 @@ impl PieceDrawing<'_> {
             page.items.push(Item {
                 layer: Layer::Print,
                 mark: Mark::Polygon { points: tab.corners.clone(), fill: WHITE },
-                data: data.with(&[("tab-of", tab.edge.to_string())]),
+                data: data.with(&[("tab-of", tab.edge.to_string()), ("on", tab.facet.to_string())]),
             });
             if self.look.colours {
                 let c = &tab.corners;
@@ -110,7 +114,9 @@ impl PieceDrawing<'_> {
                     4 => vec![c[0], c[1], c[1].lerp(c[2], t), c[0].lerp(c[3], t)],
                     _ => vec![c[0], c[1], c[1].lerp(c[2], t), c[0].lerp(c[2], t)],
                 };
-                page.polygon(&strip, srgb(self.mesh.facets[tab.facet as usize].colour));
+                let fill = srgb(self.mesh.facets[tab.facet as usize].colour);
+                let data = vec![("tab-colour", tab.edge.to_string()), ("on", tab.facet.to_string())];
+                page.items.push(Item { layer: Layer::Print, mark: Mark::Polygon { points: strip, fill }, data });
             }
         }
     }
@@ -136,57 +142,59 @@ impl PieceDrawing<'_> {
                     closed: false,
                     style: if angle <= 0.0 { Style::Mountain } else { Style::Valley },
                 },
-                data: data.with(&[("tab", tab.edge.to_string()), angle_data(angle)]),
+                data: data.with(&[("tab", tab.edge.to_string()), ("on", tab.facet.to_string()), angle_data(angle)]),
             });
         }
     }
 
-    /// Name and numbers; returns how many found no place.
-    fn draw_labels(&self, page: &mut Page, k: usize, piece: &Piece, data: &PieceData, textured: bool) -> usize {
-        let labels = self.labels(k, piece);
-        for label in &labels.placed {
-            if textured {
-                // A white bed here too: the colours under a text may be any.
-                page.polygon(label.rectangle().points(), WHITE);
-            }
-            let of = label.number_of.map(|(edge, facet)| data.with(&[("number-of", edge.to_string()), ("on", facet.to_string())]));
-            let mark = text(label, self.mesh, piece, self.look, textured);
-            page.items.push(Item { layer: Layer::Print, mark, data: of.unwrap_or_default() });
-        }
-        labels.missed
-    }
-
-    /// The texts of one piece: its name, the numbers of its edges, the angles of its folds.
-    fn labels(&self, k: usize, piece: &Piece) -> Labels {
+    /// The texts of one piece: its name, the numbers of its edges, the angles of its folds. Numbers and names that find no place inside are
+    /// pending; angles that find none are not printed: the model's shape tells them.
+    pub(super) fn labels(&self, k: usize, piece: &Piece) -> Labels {
         let mut labels = Labels::default();
         self.name(&mut labels, k, piece);
         for (f, polygon) in &piece.facets {
             if let Some(row) = self.rows.get(f).filter(|_| piece.copies == 1) {
                 // A number that finds no place is told by its neighbours.
-                labels.within(polygon, row, PERIOD);
+                labels.within(polygon, row, PERIOD, Role::Row { facet: *f });
             }
         }
         let facet = |f: u32| piece.facets.iter().find(|(g, _)| *g == f).map(|(_, p)| p.as_slice()).unwrap_or_default();
         if self.look.numbers {
             for tab in &piece.tabs {
-                let number = piece.glue.iter().find(|g| g.edge == tab.edge && g.facet == tab.facet).map_or(0, |g| g.number);
-                labels.number([tab.corners[0], tab.corners[1]], &tab.corners, number, (tab.edge, tab.facet));
+                if let Some(glue) = piece.glue.iter().find(|g| g.edge == tab.edge && g.facet == tab.facet) {
+                    let tip = 0.5 * (tab.corners[2] + tab.corners[tab.corners.len() - 1]);
+                    self.number(&mut labels, piece, glue, &tab.corners, tip);
+                }
             }
             for glue in piece.glue.iter().filter(|g| !g.tab) {
-                labels.number(glue.ends, facet(glue.facet), glue.number, (glue.edge, glue.facet));
+                self.number(&mut labels, piece, glue, facet(glue.facet), 0.5 * (glue.ends[0] + glue.ends[1]));
             }
         }
         if self.look.angles {
             for fold in piece.folds.iter().filter(|f| f.angle.abs() >= self.pattern.flat_angle) {
                 let text = format!("{:.0}°", fold.angle.abs().to_degrees());
                 let f = self.mesh.edges[fold.edge as usize].sides[0].expect("a fold has two facets").facet;
-                let before = labels.missed;
-                labels.along(fold.ends, facet(f), &text, ANGLE);
-                // An angle that finds no place is told by the model's shape; a number that finds none is missed.
-                labels.missed = before;
+                labels.along(fold.ends, facet(f), &text, ANGLE, Role::Angle { edge: fold.edge });
             }
         }
         labels
+    }
+
+    /// The number of an edge, with the piece that it is glued to: `3:417`; without it where that is the same piece.
+    fn number(&self, labels: &mut Labels, piece: &Piece, glue: &Glue, inside: &[DVec2], from: DVec2) {
+        let mate = self.mesh.other(glue.edge, glue.facet).and_then(|side| self.piece_of.get(&side.facet)).copied();
+        let text = match mate {
+            Some(mate) if mate != [piece.name, piece.copy] => format!("{}:{}", mate[0], glue.number),
+            _ => glue.number.to_string(),
+        };
+        let role = Role::Number { edge: glue.edge, facet: glue.facet };
+        // The polygon lies to the left of the edge: a tab's base runs against its facet's edge.
+        let ends = if glue.tab { [inside[0], inside[1]] } else { glue.ends };
+        let placed = labels.along(ends, inside, &text, NUMBER, role) || (!glue.tab && labels.beside(ends, inside, &text, NUMBER, role));
+        if !placed {
+            let outward = -(glue.ends[1] - glue.ends[0]).perp();
+            labels.pending.push(Pending { text, sizes: NUMBER, role, anchors: vec![[from, outward]] });
+        }
     }
 
     /// Names the piece on one of its largest facets: in full where it fits, else by the number alone.
@@ -202,9 +210,38 @@ impl PieceDrawing<'_> {
         };
         let mut largest: Vec<&(u32, Vec<DVec2>)> = piece.facets.iter().collect();
         largest.sort_by(|a, b| area(&b.1).total_cmp(&area(&a.1)));
-        let mut write = |text: &str| largest.iter().take(NAMED_FACETS).any(|(_, p)| labels.within(p, text, NAME));
-        if !write(&name) {
-            write(&number);
+        let mut write = |text: &str, sizes| largest.iter().take(NAMED_FACETS).any(|(_, p)| labels.within(p, text, sizes, Role::Name));
+        if write(&name, [NAME[0], NAME_IN_FULL]) || write(&number, NAME) {
+            return;
+        }
+        // From any side of the outline, the longest first.
+        let mut sides: Vec<[DVec2; 2]> = piece.outline.iter().flat_map(|o| (0..o.len()).map(|k| [o[k], o[(k + 1) % o.len()]])).collect();
+        sides.sort_by(|[a, b], [c, d]| c.distance_squared(*d).total_cmp(&a.distance_squared(*b)));
+        let anchors = sides.iter().map(|&[a, b]| [0.5 * (a + b), -(b - a).perp()]).collect();
+        labels.pending.push(Pending { text: format!("piece {number}"), sizes: NAME, role: Role::Name, anchors });
+    }
+
+    /// Draws texts, with the lines that lead to them.
+    pub(super) fn draw_labels(&self, page: &mut Page, piece: &Piece, labels: &[Label], textured: bool) {
+        let data = PieceData::new(piece);
+        for label in labels {
+            let role = match label.role {
+                Role::Name => vec![("name", piece.name.to_string())],
+                Role::Number { edge, facet } => vec![("number-of", edge.to_string()), ("on", facet.to_string())],
+                Role::Angle { edge } => vec![("angle-of", edge.to_string())],
+                Role::Row { facet } => vec![("row-of", facet.to_string())],
+            };
+            if let Some(ends) = label.leader {
+                let mark = Mark::Line { points: ends.to_vec(), closed: false, style: Style::Thin };
+                page.items.push(Item { layer: Layer::Print, mark, data: [data.with(&role), vec![("leader", String::new())]].concat() });
+            }
+            if textured {
+                // A white bed here too: the colours under a text may be any.
+                let mark = Mark::Polygon { points: label.rectangle().points().to_vec(), fill: WHITE };
+                page.items.push(Item { layer: Layer::Print, mark, data: [data.with(&role), vec![("bed", String::new())]].concat() });
+            }
+            let mark = text(label, self.mesh, piece, self.look, textured);
+            page.items.push(Item { layer: Layer::Print, mark, data: data.with(&role) });
         }
     }
 }
@@ -217,11 +254,16 @@ fn angle_data(angle: f64) -> (&'static str, String) {
 /// White beds under the lines: black, red and blue do not show on dark colours. Cut lines get one of dashes, which leaves little white.
 fn draw_halos(page: &mut Page, piece: &Piece, flat_angle: f64) {
     for fold in piece.folds.iter().filter(|f| f.angle.abs() >= flat_angle) {
-        page.line(Layer::Print, Style::Halo, &fold.ends, false);
+        halo(page, Style::Halo, &fold.ends, false);
     }
     for outline in &piece.outline {
-        page.line(Layer::Print, Style::CutHalo, outline, true);
+        halo(page, Style::CutHalo, outline, true);
     }
+}
+
+fn halo(page: &mut Page, style: Style, points: &[DVec2], closed: bool) {
+    let mark = Mark::Line { points: points.to_vec(), closed, style };
+    page.items.push(Item { layer: Layer::Print, mark, data: vec![("halo", String::new())] });
 }
 
 fn draw_folds(page: &mut Page, piece: &Piece, flat_angle: f64, data: &PieceData) {
@@ -242,21 +284,36 @@ fn draw_folds(page: &mut Page, piece: &Piece, flat_angle: f64, data: &PieceData)
     }
 }
 
-/// Whether black is hard to see on a colour.
+/// Whether black is hard to see on a colour: pale ink has more contrast there than black, after WCAG 2's contrast ratio.
 fn is_dark(colour: [u8; 3]) -> bool {
-    colour.iter().map(|&v| u32::from(v)).sum::<u32>() < DARK
+    contrast(colour, PALE) > contrast(colour, BLACK)
+}
+
+/// Contrast ratio of two sRGB colours, 1 to 21 (Web Content Accessibility Guidelines 2.2, "contrast ratio").
+fn contrast(a: [u8; 3], b: [u8; 3]) -> f64 {
+    let luminance = |c: [u8; 3]| {
+        let [r, g, b] = c.map(|v| {
+            let v = f64::from(v) / 255.0;
+            if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+        });
+        0.2126 * r + 0.7152 * g + 0.0722 * b
+    };
+    let (a, b) = (luminance(a), luminance(b));
+    (a.max(b) + 0.05) / (a.min(b) + 0.05)
 }
 
 fn text(label: &Label, mesh: &Mesh, piece: &Piece, look: &Look, textured: bool) -> Mark {
     // White on dark facets.
     let under = piece.facets.iter().find(|(_, p)| contains(p, label.at)).map(|(f, _)| facet_fill(mesh, *f, look));
     let dark = !textured && under.is_some_and(is_dark);
-    let colour = if dark {
-        PALE
-    } else if label.size > NUMBER[0] {
-        BLACK
-    } else {
-        GREY
-    };
-    Mark::Text { at: label.at, size: label.size, angle: label.angle, text: label.text.clone(), colour, anchor: 0.5 }
+    let colour = if dark { PALE } else { BLACK };
+    Mark::Text {
+        at: label.at,
+        size: label.size,
+        angle: label.angle,
+        text: label.text.clone(),
+        colour,
+        anchor: 0.5,
+        underlined: turns_into_another(&label.text),
+    }
 }

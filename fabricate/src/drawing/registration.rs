@@ -1,6 +1,6 @@
 //! Marks that cutters look for.
 
-use super::page::{BLACK, Layer, Mark, Page, Style};
+use super::page::{BLACK, Item, Layer, Mark, Page, Style};
 use crate::paper::Paper;
 use glam::DVec2;
 
@@ -15,13 +15,13 @@ pub(super) fn silhouette(page: &mut Page, paper: Paper) {
     let m = paper.margin;
     let (w, h) = (page.size.x, page.size.y);
     let square = [DVec2::new(m, h - m - 5.0), DVec2::new(m + 5.0, h - m - 5.0), DVec2::new(m + 5.0, h - m), DVec2::new(m, h - m)];
-    page.add(Layer::Registration, Mark::Polygon { points: square.to_vec(), fill: BLACK });
-    let corner = |at: DVec2, x: f64, y: f64| [at + DVec2::new(x, 0.0), at, at + DVec2::new(0.0, y)];
-    page.line(
-        Layer::Registration,
-        Style::Bold,
-        &corner(DVec2::new(w - m - 0.25, h - m - 0.25), -SILHOUETTE_LENGTH, -SILHOUETTE_LENGTH),
-        false,
-    );
-    page.line(Layer::Registration, Style::Bold, &corner(DVec2::new(m + 0.25, m + 0.25), SILHOUETTE_LENGTH, SILHOUETTE_LENGTH), false);
+    let mut add = |mark| page.items.push(Item { layer: Layer::Registration, mark, data: vec![("registration", "silhouette".to_owned())] });
+    add(Mark::Polygon { points: square.to_vec(), fill: BLACK });
+    let line = |at: DVec2, x: f64, y: f64| Mark::Line {
+        points: vec![at + DVec2::new(x, 0.0), at, at + DVec2::new(0.0, y)],
+        closed: false,
+        style: Style::Bold,
+    };
+    add(line(DVec2::new(w - m - 0.25, h - m - 0.25), -SILHOUETTE_LENGTH, -SILHOUETTE_LENGTH));
+    add(line(DVec2::new(m + 0.25, m + 0.25), SILHOUETTE_LENGTH, SILHOUETTE_LENGTH));
 }

@@ -1,8 +1,9 @@
 //! Strips of a weave on pages.
 
-use super::footer::footer;
+use super::footer::{Footer, footer};
+use super::labels::LEAST_TYPE;
 use super::look::Look;
-use super::page::{BLACK, GREY, Item, Layer, Mark, Page, Style, WHITE, number, srgb, text_width};
+use super::page::{BLACK, Item, Layer, Mark, Page, Style, WHITE, number, srgb, text_width};
 use crate::layout::shelves;
 use crate::paper::{BLEED, Paper};
 use crate::surface::{NARROW, TOO_NARROW};
@@ -39,7 +40,7 @@ pub fn strip_pages(strips: &[Strip], paper: Paper, look: &Look, force: bool) -> 
     let total = count;
     for (k, page) in pages.iter_mut().enumerate() {
         let title = format!("{}  -  page {} of {total}: strips to weave; \"u\" goes under", look.title, k + 1);
-        footer(page, paper, None, &title, false);
+        footer(page, paper, Footer { title: &title, ..Footer::default() });
     }
     Ok(pages)
 }
@@ -80,8 +81,10 @@ fn draw(page: &mut Page, strip: &Strip, look: &Look, angle: f64, at: impl Fn(f64
             for x in [middle - 0.5 * across, middle + 0.5 * across] {
                 page.line(Layer::Print, Style::Thin, &[at(x, 0.0), at(x, w)], false);
             }
-            let size = (0.7 * w).min(0.8 * across).min(4.0);
-            page.add(Layer::Print, Mark::Text { at: at(middle, 0.5 * w), size, angle, text: "u".into(), colour: GREY, anchor: 0.5 });
+            let size = (0.7 * w).min(0.8 * across).clamp(LEAST_TYPE, 4.0);
+            let mark = Mark::Text { at: at(middle, 0.5 * w), size, angle, text: "u".into(), colour: BLACK, anchor: 0.5, underlined: false };
+            let data = vec![("under", (k + 1).to_string()), ("of-strip", strip.name.replace(' ', "-"))];
+            page.items.push(Item { layer: Layer::Print, mark, data });
         }
     }
     page.items.push(Item {
@@ -89,8 +92,10 @@ fn draw(page: &mut Page, strip: &Strip, look: &Look, angle: f64, at: impl Fn(f64
         mark: Mark::Line { points: corners(0.0, 0.0, l, w), closed: true, style: Style::Cut },
         data: vec![("piece", strip.name.replace(' ', "-")), ("loop", "0".into())],
     });
-    let size = (0.6 * w).min((END - 1.0) / text_width(&strip.name, 1.0)).min(3.0);
+    // Digits of the least size are 1.3 mm high: they fit on a strip of 1.5 mm.
+    let size = (0.6 * w).min((END - 1.0) / text_width(&strip.name, 1.0)).clamp(LEAST_TYPE, 3.0);
     for x in [0.5 * END, l - 0.5 * END] {
-        page.add(Layer::Print, Mark::Text { at: at(x, 0.5 * w), size, angle, text: strip.name.clone(), colour: BLACK, anchor: 0.5 });
+        let mark = Mark::Text { at: at(x, 0.5 * w), size, angle, text: strip.name.clone(), colour: BLACK, anchor: 0.5, underlined: false };
+        page.items.push(Item { layer: Layer::Print, mark, data: vec![("strip-name", strip.name.replace(' ', "-"))] });
     }
 }

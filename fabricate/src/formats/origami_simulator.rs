@@ -3,12 +3,19 @@
 use super::svg::MARK;
 use crate::drawing::number;
 use crate::mesh::Mesh;
+use crate::polygon::{bounds, distance_to_segment};
 use crate::unfold::{Fold, Piece};
 use biscale::formats::svg::{NAMESPACE, SvgWriter};
 use glam::DVec2;
+use rstar::primitives::{GeomWithData, Rectangle};
+use rstar::{AABB, RTree};
 
 /// Shortest edge in Origami Simulator's units: shorter ones make its solver stiff. Chosen, not measured.
 const SHORTEST: f64 = 10.0;
+
+/// Least distance of a vertex from an edge that it is no end of, in the same units: Origami Simulator merges vertices within 3 units of each other, and
+/// splits an edge at one as near (`vertTol` of its pattern import).
+const APART: f64 = 3.2;
 
 /// A line of the crease pattern, with its meaning in colour and opacity.
 struct CreaseLine {
@@ -32,14 +39,17 @@ pub fn origami_simulator(mesh: &Mesh, piece: &Piece) -> String {
         lines.extend(lines_of_facet(mesh, piece, *f, polygon));
     }
     lines.extend(piece.folds.iter().map(line_of_fold));
-    let shortest = lines.iter().map(|l| l.ends[0].distance(l.ends[1])).fold(f64::INFINITY, f64::min);
-    let scale = (SHORTEST / shortest).max(1.0);
+    let scale = scale(&lines);
     let low = lines.iter().flat_map(|l| l.ends).fold(DVec2::INFINITY, DVec2::min);
     let high = lines.iter().flat_map(|l| l.ends).fold(DVec2::NEG_INFINITY, DVec2::max);
     let size = (high - low) * scale;
     let mut svg = SvgWriter::new();
     svg.element("svg").attribute("xmlns", NAMESPACE).attribute("viewBox", format_args!("0 0 {} {}", number(size.x), number(size.y))).open();
     svg.comment(MARK);
+    if scale > 1.0 {
+        let words = format!("{} units are 1 mm, since Origami Simulator merges what lies within 3 units", number(scale));
+        svg.element("desc").text(&words);
+    }
     for line in lines {
         let at = |p: DVec2| [(p.x - low.x) * scale, (high.y - p.y) * scale].map(number);
         let [[x1, y1], [x2, y2]] = line.ends.map(at);
@@ -89,4 +99,28 @@ fn line_of_fold(fold: &Fold) -> CreaseLine {
         (VALLEY, share)
     };
     CreaseLine { ends: fold.ends, colour, opacity }
+}
+
+/// Units to the millimetre: 1 where that keeps vertices and edges apart, else more.
+fn scale(lines: &[CreaseLine]) -> f64 {
+    let shortest = lines.iter().map(|l| l.ends[0].distance(l.ends[1])).fold(f64::INFINITY, f64::min);
+    // Points that are one to a thousandth of the shortest edge are one vertex.
+    let same = 1e-3 * shortest;
+    let boxed = |(k, l): (usize, &CreaseLine)| {
+        let [low, high] = bounds(l.ends);
+        GeomWithData::new(Rectangle::from_corners(low.to_array(), high.to_array()), k)
+    };
+    let tree = RTree::bulk_load(lines.iter().enumerate().map(boxed).collect());
+    let mut apart = f64::INFINITY;
+    for p in lines.iter().flat_map(|l| l.ends) {
+        let reach = (p - APART.max(SHORTEST), p + APART.max(SHORTEST));
+        let near = AABB::from_corners(reach.0.to_array(), reach.1.to_array());
+        for line in tree.locate_in_envelope_intersecting(&near).map(|l| &lines[l.data]) {
+            let [a, b] = line.ends;
+            if p.distance(a) > same && p.distance(b) > same {
+                apart = apart.min(distance_to_segment(p, a, b));
+            }
+        }
+    }
+    (SHORTEST / shortest).max(APART / apart.max(same)).max(1.0)
 }

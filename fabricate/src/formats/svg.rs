@@ -72,7 +72,7 @@ fn write_item(svg: &mut SvgWriter, item: &Item, height: f64) {
             styled(path.attribute("fill", "none"), *style).close();
         }
         Mark::Image(image) => write_image(begin(svg, "image"), image, flip(image.low + DVec2::new(0.0, image.size.y))),
-        Mark::Text { at, size, angle, text, colour, anchor } => {
+        Mark::Text { at, size, angle, text, colour, anchor, underlined } => {
             let [x, y] = flip(*at - BASELINE * size * DVec2::from_angle(*angle).perp()).map(number);
             let turn = (*angle != 0.0).then(|| format!("rotate({} {x} {y})", number(-angle.to_degrees())));
             let anchor = ["start", "middle", "end"][if *anchor < 0.25 { 0 } else { 1 + usize::from(*anchor > 0.75) }];
@@ -84,6 +84,7 @@ fn write_item(svg: &mut SvgWriter, item: &Item, height: f64) {
                 .attribute("font-size", number(*size))
                 .attribute("text-anchor", anchor)
                 .attribute("fill", hex(*colour))
+                .optional("text-decoration", underlined.then_some("underline"))
                 .text(text);
         }
     }

@@ -18,11 +18,15 @@ pub fn check_widths(mesh: &Mesh, scale: f64, force: bool) -> Result<Option<Strin
     if least >= NARROW {
         return Ok(None);
     }
-    let wanted = scale * NARROW / least;
+    // Rounded up to three decimals: what is told passes.
+    let wanted = |width: f64| (1e3 * scale * width / least).ceil() / 1e3;
     let narrow = mesh.facets.iter().filter(|f| width(&f.flat) < NARROW).count();
     let said = format!("facet {} is {least:.2} mm narrow; {narrow} of {} are below {NARROW} mm", facet + 1, mesh.facets.len());
     if least < TOO_NARROW && !force {
-        let remedy = format!("choose `scale {wanted:.3}` or larger, reduce it with `max_facets`, or insist with `force`");
+        let (passes, easy) = (wanted(TOO_NARROW), wanted(NARROW));
+        let remedy = format!(
+            "choose `scale {passes:.3}` or larger ({easy:.3} folds with ease), reduce it with `max_facets`, or insist with `force`"
+        );
         return Err(BadInput::new(said, remedy).at_field("scale"));
     }
     Ok(Some(said))

@@ -42,7 +42,8 @@ pub fn unfold(
     check_fit(mesh, sheet)?;
     let copies = if textured { Copies::none(mesh) } else { Copies::find(mesh) };
     let problem = Problem::new(&copies.once, TabShapes::new(&copies.once, tabs), sheet);
-    let net: Net<'_, '_> = search(&problem, effort, stop);
+    let mut net: Net<'_, '_> = search(&problem, effort, stop);
+    net.align_tabs();
     let bare = net.without_tab().map(|e| copies.count(e)).sum();
     Ok((copies.expand(mesh, Pattern::new(&net)), bare))
 }

@@ -39,6 +39,14 @@ pub struct Tab {
     pub corners: Vec<DVec2>,
 }
 
+impl Tab {
+    /// How far it reaches from its edge, mm.
+    pub fn width(&self) -> f64 {
+        let along = (self.corners[1] - self.corners[0]).normalize_or_zero();
+        self.corners[2..].iter().map(|p| along.perp_dot(*p - self.corners[0])).fold(0.0, f64::max)
+    }
+}
+
 /// A fold within a piece.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fold {

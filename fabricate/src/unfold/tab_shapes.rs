@@ -11,7 +11,7 @@ use glam::DVec2;
 /// What tabs should be like.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TabStyle {
-    /// Width of a tab, mm: how far it reaches under its neighbour. Less where the neighbour is small.
+    /// Width of a tab, mm: how far it reaches under its neighbour. Less where the neighbour is small; 0 for no tabs at all.
     pub width: f64,
 }
 
@@ -70,6 +70,9 @@ impl TabShapes {
 
 /// The shapes of a tab on the side `stands` that is glued under the facet at the side `under`, best first.
 fn on_side(mesh: &Mesh, style: TabStyle, stands: Side, under: Side) -> Vec<Convex> {
+    if style.width <= 0.0 {
+        return Vec::new();
+    }
     let own = &mesh.facets[stands.facet as usize].flat;
     let (a, b) = (own[stands.place as usize], own[(stands.place as usize + 1) % own.len()]);
     let along = (b - a).normalize_or_zero();

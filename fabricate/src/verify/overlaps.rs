@@ -9,8 +9,12 @@ use i_overlay::float::single::SingleFloatOverlay;
 
 /// Areas of pairs of polygons on one page whose boxes meet.
 pub(super) fn overlaps(seen: &ReadPattern, report: &mut VerifyReport) {
-    let shapes: Vec<(usize, &[DVec2])> =
-        seen.facets.iter().map(|f| (f.page, f.polygon.as_slice())).chain(seen.tabs.iter().map(|(p, t)| (*p, t.as_slice()))).collect();
+    let shapes: Vec<(usize, &[DVec2])> = seen
+        .facets
+        .iter()
+        .map(|f| (f.page, f.polygon.as_slice()))
+        .chain(seen.tabs.iter().map(|t| (t.page, t.polygon.as_slice())))
+        .collect();
     let boxes: Vec<[DVec2; 2]> = shapes.iter().map(|(_, s)| bounds(s)).collect();
     let mut order: Vec<usize> = (0..shapes.len()).collect();
     order.sort_unstable_by(|&a, &b| shapes[a].0.cmp(&shapes[b].0).then(boxes[a][0].x.total_cmp(&boxes[b][0].x)));
@@ -66,6 +70,6 @@ pub(super) fn outlines(seen: &ReadPattern, report: &mut VerifyReport) {
         }
     }
     let inside: f64 = seen.outlines.iter().map(|(_, o)| signed_area(o)).sum();
-    let all: f64 = seen.facets.iter().map(|f| signed_area(&f.polygon)).chain(seen.tabs.iter().map(|(_, t)| signed_area(t))).sum();
+    let all: f64 = seen.facets.iter().map(|f| signed_area(&f.polygon)).chain(seen.tabs.iter().map(|t| signed_area(&t.polygon))).sum();
     report.outline_area_error = Some((inside / all - 1.0).abs());
 }

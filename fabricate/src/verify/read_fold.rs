@@ -3,6 +3,7 @@
 use super::read_pattern::{ReadFacet, ReadFold, ReadPattern, signed_area};
 use biscale::error::BadInput;
 use glam::{DVec2, DVec3};
+use rustc_hash::FxHashSet;
 use serde_json::Value;
 
 fn bad(problem: impl Into<String>) -> BadInput {
@@ -143,14 +144,26 @@ pub fn read_fold(text: &str) -> Result<ReadPattern, BadInput> {
         seen.turned += usize::from(signed_area(&polygon) <= 0.0);
         seen.facets.push(ReadFacet { page: 0, piece: [pieces[k], copies[k]], facet: facets[k], polygon });
     }
+    let (edges, numbers) = (list(&file, "edges_biscale:edge")?, list(&file, "edges_biscale:number")?);
+    let known = |e: &Value| e.as_u64().and_then(|e| u32::try_from(e).ok()).ok_or_else(|| bad(format!("edges_biscale:edge: {e}")));
+    let edges = edges.iter().map(known).collect::<Result<Vec<u32>, _>>()?;
+    if edges.len() != frame.edges.len() || frame.edges_faces.len() != frame.edges.len() || frame.angles.len() != frame.edges.len() {
+        seen.wrong.push("edges_biscale:edge, edges_faces or edges_foldAngle does not name every edge".to_owned());
+        return Ok(seen);
+    }
     for (k, ends) in frame.edges.iter().enumerate() {
         if let (Some('M' | 'V'), Some(Some(angle))) = (frame.assignment.get(k), frame.angles.get(k)) {
-            seen.folds.push(ReadFold { page: 0, ends: ends.map(flat), angle: angle.to_radians() });
+            seen.folds.push(ReadFold { page: 0, ends: ends.map(flat), edge: edges[k], angle: angle.to_radians() });
         }
     }
-    let (edges, numbers) = (list(&file, "edges_biscale:edge")?, list(&file, "edges_biscale:number")?);
-    for (k, (edge, number)) in edges.iter().zip(numbers).enumerate() {
-        let edge = edge.as_u64().and_then(|e| u32::try_from(e).ok()).ok_or_else(|| bad(format!("edges_biscale:edge: {edge}")))?;
+    if file.get("frame_unit") != Some(&Value::from("mm")) {
+        seen.wrong.push(format!("frame_unit is {} and not \"mm\"", file.get("frame_unit").unwrap_or(&Value::Null)));
+    }
+    let sides = read_sides(&frame, &edges, &facets);
+    seen.joined = Some(sides.joined);
+    seen.sides = sides.of_edge;
+    seen.wrong.extend(sides.wrong);
+    for (k, (&edge, number)) in edges.iter().zip(numbers).enumerate() {
         let number = number.as_u64().ok_or_else(|| bad(format!("edges_biscale:number: {number}")))?;
         if let (Some([Some(face), ..]), true) = (frame.edges_faces.get(k).map(Vec::as_slice), number > 0) {
             seen.numbers.push((edge, facets[*face], number.to_string()));
@@ -164,4 +177,52 @@ pub fn read_fold(text: &str) -> Result<ReadPattern, BadInput> {
         seen.folded = Some(folded.faces.iter().map(|f| f.iter().map(|&v| folded.vertices[v]).collect()).collect());
     }
     Ok(seen)
+}
+
+/// What a FOLD file says of the sides of its edges.
+struct FoldSides {
+    /// Edges of the design between two faces.
+    joined: FxHashSet<u32>,
+    /// Edge, facet and the corner of it where the edge begins.
+    of_edge: Vec<(u32, u32, usize)>,
+    wrong: Vec<String>,
+}
+
+/// Compares `edges_faces` and `edges_assignment` with `faces_vertices`: the first face runs an edge as it stands, the second one backwards, every
+/// side of a face is that of one edge, and what has one face is a border.
+fn read_sides(frame: &FoldFrame, edges: &[u32], facets: &[u32]) -> FoldSides {
+    let mut out = FoldSides { joined: FxHashSet::default(), of_edge: Vec::new(), wrong: Vec::new() };
+    let mut used: FxHashSet<(usize, usize)> = FxHashSet::default();
+    for (k, ends) in frame.edges.iter().enumerate() {
+        let faces: Vec<Option<usize>> = (0..2).map(|s| frame.edges_faces[k].get(s).copied().flatten()).collect();
+        if frame.edges_faces[k].len() > 2 || faces[0].is_none() {
+            out.wrong.push(format!("edges_faces: edge {k} has not one face or two"));
+        }
+        for (s, face) in faces.iter().enumerate() {
+            let Some(face) = *face else { continue };
+            let corners = &frame.faces[face];
+            let [a, b] = if s == 0 { *ends } else { [ends[1], ends[0]] };
+            let side = (0..corners.len()).find(|&c| corners[c] == a && corners[(c + 1) % corners.len()] == b);
+            match side {
+                Some(c) if used.insert((face, c)) => out.of_edge.push((edges[k], facets[face], c)),
+                _ => out.wrong.push(format!("edges_faces: face {face} does not run along edge {k}, or runs along another one there")),
+            }
+        }
+        let two = faces[0].is_some() && faces[1].is_some();
+        if two {
+            out.joined.insert(edges[k]);
+        }
+        if two == matches!(frame.assignment.get(k), Some('B') | None) {
+            out.wrong.push(format!(
+                "edges_assignment: edge {k} is {} and has {} faces",
+                frame.assignment.get(k).unwrap_or(&'?'),
+                1 + usize::from(two)
+            ));
+        }
+    }
+    let sides: usize = frame.faces.iter().map(Vec::len).sum();
+    if used.len() < sides {
+        out.wrong.push(format!("edges_faces: {} sides of faces belong to no edge", sides - used.len()));
+    }
+    out
 }

@@ -1,6 +1,7 @@
 //! Pages of SVG, as any program could read them: polygons with `data-facet`, lines with `data-angle`, closed paths in the layer `cut`.
 
-use super::read_pattern::{ReadFacet, ReadFold, ReadPattern, signed_area};
+use super::drawn::read_drawn;
+use super::read_pattern::{ReadFacet, ReadFold, ReadPattern, ReadTab, signed_area};
 use biscale::error::BadInput;
 use glam::DVec2;
 use roxmltree::{Document, Node};
@@ -14,6 +15,8 @@ pub fn read_svg(pages: &[String]) -> Result<ReadPattern, BadInput> {
     for (page, text) in pages.iter().enumerate() {
         read_page(&mut seen, page, text)?;
     }
+    let dpi = seen.recipe.pointer("/sheet/svg_dpi").and_then(serde_json::Value::as_f64);
+    seen.drawn = pages.iter().map(|text| read_drawn(text, dpi)).collect::<Result<_, _>>()?;
     if seen.facets.is_empty() && seen.strips.is_empty() {
         return Err(BadInput::new("there is no facet in the file", "name an SVG that `biscale fold` wrote"));
     }
@@ -49,9 +52,17 @@ fn read_page(seen: &mut ReadPattern, page: usize, text: &str) -> Result<(), BadI
             let text = node.text().unwrap_or_default();
             seen.recipe = serde_json::from_str(text).map_err(|e| bad(node, &format!("the recipe is no JSON: {e}")))?;
         }
-        if node.has_attribute("data-number-of") {
+        // The back says the same again, but for numbers that are there alone.
+        let clean = seen.recipe.pointer("/sheet/clean_front") == Some(&true.into());
+        if node.has_attribute("data-back") && !(clean && node.tag_name().name() == "text") {
+            continue;
+        }
+        if node.has_attribute("data-number-of") && node.tag_name().name() == "text" {
             let (edge, facet) = (whole(node, "data-number-of")?, whole(node, "data-on")?);
-            seen.numbers.push((edge, facet, node.text().unwrap_or_default().trim().to_owned()));
+            // The piece before the colon is compared where the text is.
+            let text = node.text().unwrap_or_default().trim();
+            let number = text.rsplit_once(':').map_or(text, |(_, number)| number);
+            seen.numbers.push((edge, facet, number.to_owned()));
         }
         let Some(points) = points(node)? else { continue };
         let points: Vec<DVec2> = points.into_iter().map(|p| DVec2::new(p.x, size.y - p.y)).collect();
@@ -99,16 +110,21 @@ fn read_mark(seen: &mut ReadPattern, page: usize, node: Node<'_, '_>, points: Ve
         if points.len() != 4 {
             return Err(bad(node, "a strip has not four corners"));
         }
+        seen.strip_page.insert(strip.to_owned(), page);
         seen.strips.push((strip.to_owned(), points));
     } else if let (Some(of), Some(over)) = (node.attribute("data-of"), node.attribute("data-over")) {
         seen.crossings.push((of.to_owned(), over == "1", points));
     } else if node.has_attribute("data-tab-of") {
-        seen.tabs.push((page, points));
+        seen.tabs.push(ReadTab { page, edge: whole(node, "data-tab-of")?, facet: whole(node, "data-on")?, polygon: points });
     } else if node.has_attribute("data-edge") {
         let angle = number(node, "data-angle")?.to_radians();
         let [a, b] = points[..] else { return Err(bad(node, "a fold line has not two points")) };
-        seen.folds.push(ReadFold { page, ends: [a, b], angle });
+        seen.folds.push(ReadFold { page, ends: [a, b], edge: whole(node, "data-edge")?, angle });
     } else if node.has_attribute("data-loop") {
+        if let Some(Ok(piece)) = node.attribute("data-piece").map(str::parse) {
+            let copy = if node.has_attribute("data-copy") { whole(node, "data-copy")? } else { 1 };
+            seen.cut_of.push(([piece, copy], points.clone()));
+        }
         seen.outlines.push((page, points));
     }
     Ok(())

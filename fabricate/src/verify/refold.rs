@@ -1,8 +1,9 @@
 //! Folding up what was read, and comparing it with the design.
 
 use super::best_fit::{Motion, best_fit};
-use super::read_pattern::{ReadFacet, ReadPattern, SAME};
-use super::report::VerifyReport;
+use super::read_pattern::{ReadFold, ReadPattern, SAME};
+use super::report::{LENGTH_DIGITS, VerifyReport};
+use super::sides::Sides;
 use crate::mesh::{Mesh, Side};
 use glam::{DMat3, DVec2, DVec3};
 use rustc_hash::FxHashMap;
@@ -15,7 +16,7 @@ pub(super) fn lengths(seen: &ReadPattern, design: &Mesh, report: &mut VerifyRepo
             let here = facet.polygon[k].distance(facet.polygon[(k + 1) % n]);
             let f = facet.facet as usize;
             let there = design.corner(f, k).distance(design.corner(f, (k + 1) % n));
-            report.edge_length_error = report.edge_length_error.max((here - there).abs() / there);
+            report.edge_length_error = report.edge_length_error.max(((here - there).abs() - LENGTH_DIGITS).max(0.0) / there);
         }
         for k in 0..n {
             let (a, b) = (facet.polygon[k], facet.polygon[(k + 1) % n]);
@@ -34,54 +35,27 @@ pub(super) struct Link {
     angle: f64,
 }
 
-/// Finds the edges that two facets of a piece share in the file, and the fold line drawn there.
-pub(super) fn links(seen: &ReadPattern, design: &Mesh, report: &mut VerifyReport) -> Vec<Link> {
-    let key = |page: usize, p: DVec2| (page, (p.x / 1e-3).round() as i64, (p.y / 1e-3).round() as i64);
-    // Middles of edges, in cells of a micrometre; a neighbour's middle may fall into the next cell.
-    let mut middles: FxHashMap<(usize, i64, i64), Vec<(usize, usize)>> = FxHashMap::default();
-    for (i, facet) in seen.facets.iter().enumerate() {
-        let n = facet.polygon.len();
-        for k in 0..n {
-            middles.entry(key(facet.page, 0.5 * (facet.polygon[k] + facet.polygon[(k + 1) % n]))).or_default().push((i, k));
-        }
+/// The edges whose paper is whole, with the angles of the fold lines drawn there.
+pub(super) fn links(seen: &ReadPattern, design: &Mesh, sides: &Sides, report: &mut VerifyReport) -> Vec<Link> {
+    let mut drawn: FxHashMap<u32, Vec<&ReadFold>> = FxHashMap::default();
+    for fold in &seen.folds {
+        drawn.entry(fold.edge).or_default().push(fold);
     }
-    let mut drawn: FxHashMap<(usize, i64, i64), Vec<usize>> = FxHashMap::default();
-    for (i, fold) in seen.folds.iter().enumerate() {
-        drawn.entry(key(fold.page, 0.5 * (fold.ends[0] + fold.ends[1]))).or_default().push(i);
-    }
-    let around = |(page, x, y): (usize, i64, i64)| (-1..=1).flat_map(move |dx| (-1..=1).map(move |dy| (page, x + dx, y + dy)));
-    let edge = |i: usize, k: usize| {
-        let p: &ReadFacet = &seen.facets[i];
-        [p.polygon[k], p.polygon[(k + 1) % p.polygon.len()]]
-    };
     let same = |[a, b]: [DVec2; 2], [c, d]: [DVec2; 2]| a.distance(c) < SAME && b.distance(d) < SAME;
     let mut out = Vec::new();
-    for (i, facet) in seen.facets.iter().enumerate() {
-        for k in 0..facet.polygon.len() {
-            let [a, b] = edge(i, k);
-            let here = key(facet.page, 0.5 * (a + b));
-            let twins = around(here).flat_map(|c| middles.get(&c).into_iter().flatten());
-            for &(j, l) in twins {
-                if j <= i
-                    || seen.facets[j].piece != facet.piece
-                    || !same([a, b], {
-                        let [c, d] = edge(j, l);
-                        [d, c]
-                    })
-                {
-                    continue;
-                }
-                let fold = around(here)
-                    .flat_map(|c| drawn.get(&c).into_iter().flatten())
-                    .map(|&f| &seen.folds[f])
-                    .find(|f| same(f.ends, [a, b]) || same(f.ends, [b, a]));
-                let angle = fold.map_or(0.0, |f| f.angle);
-                report.fold_angle_error_deg = report
-                    .fold_angle_error_deg
-                    .max((angle - designed_angle(design, facet.facet, k, seen.facets[j].facet)).abs().to_degrees());
-                out.push(Link { a: i, edge_a: k, b: j, angle });
-            }
+    for (e, edge) in (0_u32..).zip(&design.edges) {
+        let [Some(Side { facet, place }), Some(other)] = edge.sides else { continue };
+        if !sides.joined[e as usize] {
+            continue;
         }
+        let (i, j, k) = (sides.place[&facet], sides.place[&other.facet], place as usize);
+        let polygon = &seen.facets[i].polygon;
+        let [a, b] = [polygon[k], polygon[(k + 1) % polygon.len()]];
+        let fold = drawn.get(&e).into_iter().flatten().find(|f| same(f.ends, [a, b]) || same(f.ends, [b, a]));
+        let angle = fold.map_or(0.0, |f| f.angle);
+        let error = (angle - designed_angle(design, facet, k, other.facet)).abs().to_degrees();
+        report.fold_angle_error_deg = report.fold_angle_error_deg.max(error);
+        out.push(Link { a: i, edge_a: k, b: j, angle });
     }
     out
 }

@@ -37,6 +37,8 @@ pub struct VerifyReport {
     pub wrong_numbers: usize,
     /// Least width of a facet.
     pub narrowest_facet_mm: f64,
+    /// What is wrong with what is drawn, in words.
+    pub printed: Vec<String>,
     /// What is wrong, in words; nothing if all is well.
     pub failures: Vec<String>,
 }
@@ -46,6 +48,9 @@ pub const OVERLAP: f64 = 1e-4;
 
 /// Edge lengths must agree to this share.
 pub const EDGE_LENGTH: f64 = 1e-6;
+
+/// What rounding to the files' 8 decimals may change a length by, mm: it is no error, however short an edge is.
+pub const LENGTH_DIGITS: f64 = 3e-8;
 
 /// Refolded corners must lie where the design has them, mm.
 pub const POSITION: f64 = 1e-4;
@@ -85,6 +90,7 @@ impl VerifyReport {
         );
         check(self.wrong_numbers > 0, format!("{} numbers at glued edges are wrong", self.wrong_numbers));
         check(self.margin_violation_mm > MARGIN, format!("something reaches {:.3} mm into the margin", self.margin_violation_mm));
+        failures.extend(self.printed.iter().cloned());
         self.failures = failures;
     }
 

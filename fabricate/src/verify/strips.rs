@@ -2,6 +2,7 @@
 
 use super::read_pattern::{ReadPattern, bounds};
 use super::report::MARGIN;
+use super::strips_drawn;
 use biscale::error::BadInput;
 use biscale::geometry::weave::{Thread, Weave};
 use glam::DVec2;
@@ -62,6 +63,7 @@ pub fn verify_strips(seen: &ReadPattern, weave: &Weave, scale: f64, periods: [u3
         wrong.push(format!("{} strips in place of {expected}", known.len()));
     }
     wrong.extend(misplaced(seen, margin));
+    wrong.extend(strips_drawn::check(seen));
     Ok(wrong)
 }
 

@@ -1,7 +1,7 @@
 //! The calibration board: markers in the white squares of a chessboard (`ChArUco`), for the camera that photographs a sheet.
 
 use super::markers::draw_marker;
-use crate::drawing::{BLACK, Layer, Mark, Page, footer};
+use crate::drawing::{BLACK, Footer, Layer, Mark, Page, footer};
 use crate::paper::Paper;
 use biscale::error::BadInput;
 use glam::DVec2;
@@ -52,7 +52,7 @@ pub fn board_page(board: BoardDesign, paper: Paper, title: &str) -> Result<Page,
             }
         }
     }
-    footer(&mut page, paper, None, title, false);
+    footer(&mut page, paper, Footer { title, ..Footer::default() });
     Ok(page)
 }
 

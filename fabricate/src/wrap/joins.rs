@@ -25,7 +25,7 @@ pub(super) fn joins(page: &mut Page, part: &PagePart, columns: usize) {
                 let (next, turn) = if axis == 0 { (number + 1, std::f64::consts::FRAC_PI_2) } else { (number + columns, 0.0) };
                 let text = format!("the edge of sheet {next} comes here");
                 let at = point(0.5 * (from + to)) + 0.5 * JOIN * across;
-                page.add(Layer::Print, Mark::Text { at, size: 3.0, angle: turn, text, colour: BLACK, anchor: 0.5 });
+                page.add(Layer::Print, Mark::Text { at, size: 3.0, angle: turn, text, colour: BLACK, anchor: 0.5, underlined: false });
             }
             for k in 0..4 {
                 // At places of the joined sheet, so that the halves on both sheets meet.

@@ -52,7 +52,10 @@ pub(super) fn draw_lines(page: &mut Page, plan: &SheetPlan, lines: &[SheetLine],
         let aside = if aside.x + 1e-9 * aside.y < 0.0 { -aside } else { aside };
         for t in [0.04, 0.96] {
             let at = a.lerp(b, t) + 0.6 * size * aside;
-            page.add(Layer::Print, Mark::Text { at, size, angle: 0.0, text: number.to_string(), colour: BLACK, anchor: 0.5 });
+            page.add(
+                Layer::Print,
+                Mark::Text { at, size, angle: 0.0, text: number.to_string(), colour: BLACK, anchor: 0.5, underlined: false },
+            );
         }
     }
 }

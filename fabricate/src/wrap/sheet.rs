@@ -18,7 +18,7 @@ use super::measures::{BORDER, MARKER, QUIET, STRIP};
 use super::patches::{Patch, patches};
 use super::plan::{PagePart, SheetPlan};
 use super::target::{Target, WrapFit};
-use crate::drawing::{Item, Layer, Mark, Page, Style, footer};
+use crate::drawing::{Footer, Item, Layer, Mark, Page, Style, footer};
 use crate::paper::Paper;
 use biscale::error::BadInput;
 use glam::DVec2;
@@ -148,7 +148,7 @@ impl WholeSheet<'_> {
         joins(&mut page, part, self.plan.pages()[0]);
         let (corner, kept) = self.patch_strip(part);
         let patches = patches(&mut page, self.colours, corner, kept, part.number);
-        footer(&mut page, self.paper, None, &self.footer_text(part), false);
+        footer(&mut page, self.paper, Footer { title: &self.footer_text(part), ..Footer::default() });
         (page, patches)
     }
 

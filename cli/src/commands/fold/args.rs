@@ -5,7 +5,7 @@ use crate::common::output;
 use crate::common::paper;
 use biscale::error::{BadInput, Result};
 use biscale_fabricate::design::{Extent, FoldRecipe, Source, check_scale};
-use biscale_fabricate::drawing::{Look, SILHOUETTE_INSET};
+use biscale_fabricate::drawing::{Layer, Look, Page, SILHOUETTE_INSET, only, perforated};
 use biscale_fabricate::formats::Format;
 use biscale_fabricate::paper::Paper;
 use biscale_fabricate::unfold::{FLAT_ANGLE_DEG, TabStyle, room};
@@ -87,7 +87,7 @@ pub(super) struct ShapeArgs {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Sheets")]
 pub(super) struct SheetArgs {
-    /// Paper: a4, a3, letter, each also as a4-landscape ..., or roll:WIDTH in mm
+    /// Paper: a5, a4, a3, a2, letter, legal, tabloid, each also as a4-landscape ..., 200x300 in mm, 12x12in, or roll:WIDTH in mm
     #[arg(long, value_name = "PAPER", default_value = "a4")]
     pub(super) page: String,
     /// Border without anything, mm
@@ -96,6 +96,9 @@ pub(super) struct SheetArgs {
     /// Width of the glue tabs, mm
     #[arg(long, value_name = "MM", default_value_t = 5.0, value_parser = millimetres::<1, 50>, allow_negative_numbers = true)]
     pub(super) tab: f64,
+    /// No glue tabs: edges are joined with tape
+    #[arg(long, conflicts_with = "tab")]
+    pub(super) no_tabs: bool,
     /// White facets
     #[arg(long)]
     pub(super) no_colours: bool,
@@ -111,6 +114,15 @@ pub(super) struct SheetArgs {
     /// A mirrored page after each, for the back of the paper
     #[arg(long)]
     pub(super) back: bool,
+    /// Fold lines and texts on the back only; the front shows colours and the lines to cut (with --back)
+    #[arg(long, requires = "back")]
+    pub(super) clean_front: bool,
+    /// Write this layer only, for a cutter; several times for several
+    #[arg(long, value_enum, value_name = "LAYER")]
+    pub(super) only: Vec<OnlyLayer>,
+    /// Folds as rows of cuts of LENGTH mm with GAP mm between, such as 2,1, for a cutter that does not score (with --only)
+    #[arg(long, value_name = "LENGTH,GAP", value_parser = perforation, requires = "only", allow_hyphen_values = true)]
+    pub(super) perforate: Option<[f64; 2]>,
     /// Marks that a cutter looks for
     #[arg(long, value_enum, value_name = "KIND")]
     pub(super) registration: Option<Registration>,
@@ -145,6 +157,40 @@ pub(super) struct SearchArgs {
 pub(super) enum Registration {
     /// Silhouette's square and two corners
     Silhouette,
+}
+
+/// `--only`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum OnlyLayer {
+    /// Lines to cut
+    Cut,
+    /// Lines to fold
+    Score,
+    /// Colours and texts
+    Print,
+    /// Marks that a cutter looks for
+    Registration,
+}
+
+impl OnlyLayer {
+    fn layer(self) -> Layer {
+        match self {
+            Self::Cut => Layer::Cut,
+            Self::Score => Layer::Score,
+            Self::Print => Layer::Print,
+            Self::Registration => Layer::Registration,
+        }
+    }
+}
+
+/// Reads `2,1`.
+fn perforation(text: &str) -> Result<[f64; 2], String> {
+    let remedy = "write the length of a cut and of a gap in mm, from 0.1 to 50, such as 2,1";
+    let (cut, gap) = text.split_once(',').ok_or_else(|| format!("not two lengths; {remedy}"))?;
+    match (cut.trim().parse::<f64>(), gap.trim().parse::<f64>()) {
+        (Ok(c), Ok(g)) if (0.1..=50.0).contains(&c) && (0.1..=50.0).contains(&g) => Ok([c, g]),
+        _ => Err(format!("not two lengths; {remedy}")),
+    }
 }
 
 /// Reads `120x80`.
@@ -198,6 +244,22 @@ fn effort(text: &str) -> Result<f64, String> {
 }
 
 impl SheetArgs {
+    /// What tabs are like.
+    pub(super) fn tabs(&self) -> TabStyle {
+        TabStyle { width: if self.no_tabs { 0.0 } else { self.tab } }
+    }
+
+    /// The pages as they are written: all of them, or what a cutter wants.
+    pub(super) fn written(&self, pages: &[Page]) -> Vec<Page> {
+        if self.only.is_empty() {
+            return pages.to_vec();
+        }
+        let layers: Vec<Layer> = self.only.iter().map(|l| l.layer()).collect();
+        let pages = self.perforate.map_or_else(|| pages.to_vec(), |cuts| perforated(pages, cuts));
+        // Pages that have nothing on these layers are no work for a machine.
+        only(&pages, &layers).into_iter().filter(|page| !page.items.is_empty()).collect()
+    }
+
     pub(super) fn paper(&self) -> Result<Paper> {
         let inset = if self.registration.is_some() { SILHOUETTE_INSET } else { 0.0 };
         paper::parse(&self.page, self.margin, inset)
@@ -242,7 +304,7 @@ impl FoldArgs {
     }
 
     fn recipe_of(&self, scale: f64, periods: [u32; 2], paper: Paper) -> FoldRecipe {
-        let split = self.shape.split.then(|| room(paper, TabStyle { width: self.sheet.tab }).size.to_array());
+        let split = self.shape.split.then(|| room(paper, self.sheet.tabs()).size.to_array());
         FoldRecipe {
             scale,
             periods,
@@ -264,6 +326,7 @@ impl FoldArgs {
             numbers: !self.sheet.no_numbers,
             silhouette: self.sheet.registration == Some(Registration::Silhouette),
             back: self.sheet.back,
+            clean_front: self.sheet.clean_front,
         }
     }
 }

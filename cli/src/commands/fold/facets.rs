@@ -9,14 +9,18 @@ use biscale::error::{BadInput, Error, Result};
 use biscale::filter::Control;
 use biscale::numerics::cast::truncate_u64;
 use biscale_fabricate::design::{Source, Texture};
-use biscale_fabricate::drawing::{Look, Sheets, assembly_page, sheets};
+use biscale_fabricate::drawing::{Look, Sheets, assembly_pages, sheets};
 use biscale_fabricate::formats::{Content, side_by_side};
 use biscale_fabricate::mesh::Mesh;
+use biscale_fabricate::sheet_recipe::SheetRecipe;
 use biscale_fabricate::surface::{check_widths, prepare};
-use biscale_fabricate::unfold::{Effort, Pattern, TabStyle, room, unfold};
+use biscale_fabricate::unfold::{Effort, Pattern, Tab, room, unfold};
 use serde_json::json;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
+
+/// Tabs narrower than this are told, mm. Chosen, not measured: what a drop of glue covers.
+const NARROW_TAB: f64 = 2.0;
 
 /// Share of the progress that is done when the pattern is unfolded.
 const UNFOLDED: f64 = 0.9;
@@ -31,15 +35,11 @@ pub(super) fn run(job: &FoldJob<'_>, common: &CommonArgs, start: Instant) -> Res
     let milliseconds = start.elapsed().as_secs_f64() * 1e3;
     let mut recipe = job.recipe_json();
     recipe["design_volume_mm3"] = json!(folded.volume);
+    recipe["sheet"] = json!(SheetRecipe { svg_dpi: job.args.sheet.svg_dpi.map(f64::from), ..folded.sheets.recipe.clone() });
     let placed = side_by_side(&folded.pattern, &folded.sheets);
-    let content = Content {
-        title: &folded.title,
-        pages: &folded.sheets.pages,
-        mesh: &folded.mesh,
-        pattern: &folded.pattern,
-        placed: &placed,
-        recipe: &recipe,
-    };
+    let pages = job.args.sheet.written(&folded.sheets.pages);
+    let content =
+        Content { title: &folded.title, pages: &pages, mesh: &folded.mesh, pattern: &folded.pattern, placed: &placed, recipe: &recipe };
     let files = job.format.files(&content)?;
     let summary = folded.summary();
     let names = job.outputs.write(&files, &sidecar(&folded, &recipe, &summary))?;
@@ -79,19 +79,29 @@ fn fold(job: &FoldJob<'_>, control: &Control<'_>) -> Result<FoldedDesign> {
     (control.progress)("drawing", UNFOLDED);
     let period = if matches!(source, Source::Material(_)) { source.period(recipe.scale).x } else { 0.0 };
     let look = Look { period, ..args.look(&title) };
-    let mut sheets: Sheets = sheets(&mesh, &pattern, paper, &look, texture.as_ref())?;
-    if sheets.missed > 0 {
-        notes.push(format!("{} numbers found no place at their edges", sheets.missed));
-    }
-    sheets.pages.push(assembly_page(&mesh, &pattern, paper, &title));
+    let assembly = assembly_pages(&mesh, &pattern, paper, &title);
+    let mut sheets: Sheets = sheets(&mesh, &pattern, paper, &look, texture.as_ref(), assembly)?;
+    notes.extend(missing_texts(&sheets.recipe));
     let wrap = wrap.map(|(wrap, told)| {
         sheets.places.iter_mut().for_each(|p| p.page += wrap.pages.len());
+        sheets.recipe.wrap_pages = wrap.pages.len();
         sheets.pages.splice(0..0, wrap.pages);
         told
     });
     let volume = volume(job, &mesh);
     let preview = job.preview(control)?;
     Ok(FoldedDesign { title, mesh, pattern, sheets, notes, volume, wrap, preview })
+}
+
+/// Says which texts found no place on the sheets.
+fn missing_texts(recipe: &SheetRecipe) -> Option<String> {
+    let (numbers, angles) = (recipe.without_number.len(), recipe.without_angle.len());
+    match (numbers, angles) {
+        (0, 0) => None,
+        (0, a) => Some(format!("{a} fold angles found no place in type that is read")),
+        (n, 0) => Some(format!("{n} numbers found no place at their edges in type that is read")),
+        (n, a) => Some(format!("{n} numbers and {a} fold angles found no place in type that is read")),
+    }
 }
 
 /// Says of how many parts a surface is; refuses one with holes where it must be closed.
@@ -107,7 +117,7 @@ fn check_parts(job: &FoldJob<'_>, mesh: &Mesh) -> Result<Option<String>> {
 
 /// The pattern that the search finds within its effort and time.
 fn unfolded(job: &FoldJob<'_>, mesh: &Mesh, textured: bool, notes: &mut Vec<String>, control: &Control<'_>) -> Result<Pattern> {
-    let tabs = TabStyle { width: job.args.sheet.tab };
+    let tabs = job.args.sheet.tabs();
     let default = Effort::default();
     let work = truncate_u64(default.work as f64 * job.args.search.effort);
     let effort = Effort { seed: job.args.search.seed, work, ..default };
@@ -126,10 +136,21 @@ fn unfolded(job: &FoldJob<'_>, mesh: &Mesh, textured: bool, notes: &mut Vec<Stri
     if late.into_inner() {
         notes.push("stopped by the time limit: the pattern depends on the machine's speed".to_owned());
     }
-    if bare > 0 {
+    if bare > 0 && !job.args.sheet.no_tabs {
         notes.push(format!("{bare} glued edges have no place for a tab: join them with tape"));
     }
+    notes.extend(narrow_tabs(&pattern));
     Ok(pattern)
+}
+
+/// Says how many tabs are too narrow for fingers.
+fn narrow_tabs(pattern: &Pattern) -> Option<String> {
+    let widths = pattern.pieces.iter().flat_map(|p| &p.tabs).map(Tab::width);
+    let (count, narrow, least) = widths.fold((0_usize, 0_usize, f64::INFINITY), |(count, narrow, least), w| {
+        (count + 1, narrow + usize::from(w < NARROW_TAB), least.min(w))
+    });
+    (narrow > 0)
+        .then(|| format!("{narrow} of {count} tabs are narrower than {NARROW_TAB} mm, the least {least:.1} mm: join these edges with tape"))
 }
 
 /// Volume between the design and a plane through its lowest point, mm³: of the design's own triangles where they are folded as they are; a reduced

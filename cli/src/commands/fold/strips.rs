@@ -41,7 +41,8 @@ pub(super) fn run(job: &FoldJob<'_>, weave: &Weave, common: &CommonArgs) -> Resu
     })?;
     let recipe = job.recipe_json();
     let (mesh, pattern) = (Mesh { vertices: vec![], facets: vec![], edges: vec![], notes: vec![] }, Pattern::default());
-    let content = Content { title: &title, pages: &pages, mesh: &mesh, pattern: &pattern, placed: &[], recipe: &recipe };
+    let chosen = job.args.sheet.written(&pages);
+    let content = Content { title: &title, pages: &chosen, mesh: &mesh, pattern: &pattern, placed: &[], recipe: &recipe };
     let files = job.format.files(&content)?;
     let warps = strips.iter().filter(|s| s.warp).count();
     let wefts = strips.len() - warps;

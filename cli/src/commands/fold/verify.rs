@@ -5,7 +5,7 @@ use crate::common::output;
 use biscale::bounded_file::{MAX_DATA_BYTES, read_bounded};
 use biscale::error::{BadInput, Error, Result};
 use biscale::geometry::weave::Weave;
-use biscale_fabricate::design::{FoldRecipe, Source};
+use biscale_fabricate::design::{FoldRecipe, Source, Texture};
 use biscale_fabricate::surface::prepare;
 use biscale_fabricate::verify::{ReadPattern, read_fold, read_svg, verify, verify_strips};
 use serde_json::json;
@@ -27,7 +27,10 @@ pub fn run(file: &Path, against: &Path, common: &CommonArgs) -> Result<u8> {
     if let (Some(weave), false) = (source.weave(), seen.strips.is_empty()) {
         return strips(&seen, weave, scale * source.unit_mm(), &recipe, margin, file, common);
     }
-    let (design, _) = prepare(&source, &recipe).map_err(|bad| bad.in_file(against))?;
+    let (mut design, textured) = prepare(&source, &recipe).map_err(|bad| bad.in_file(against))?;
+    if let Some(texture) = Texture::new(&source, recipe.scale, recipe.periods).filter(|_| textured) {
+        texture.tint(&mut design);
+    }
     let report = verify(&seen, &design, margin).map_err(|bad| bad.in_file(file))?;
     let fine = report.failures.is_empty();
     if common.json {

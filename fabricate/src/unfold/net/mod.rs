@@ -1,5 +1,6 @@
 //! Nets: a surface as pieces that lie flat, and the one kind of change of them.
 
+mod align;
 mod moves;
 mod pieces;
 mod pose;
