@@ -4,6 +4,7 @@
 //! Faces that are turned against the others of their surface are turned, with a note.
 //! The readers never trust a count in a file: nothing is allocated that the file's size does not back.
 
+mod diagonals;
 mod face_groups;
 mod file;
 mod obj;

@@ -2,6 +2,7 @@
 
 use super::super::builder::MAX_TRIANGLES;
 use super::super::tile::Tile;
+use super::diagonals;
 use super::polygon::{self, Triangles};
 use crate::error::BadInput;
 use glam::{DVec2, DVec3};
@@ -21,6 +22,8 @@ pub(super) struct Soup {
     /// Linear colours, one for each vertex that came with one.
     pub colours: Vec<DVec3>,
     pub normals_ignored: bool,
+    /// First of the two triangles of each face of four corners that became a fan.
+    pub quads: Vec<usize>,
     /// Polygons that cross themselves.
     pub crossed: usize,
     /// Material libraries, as the file names them.
@@ -45,6 +48,9 @@ impl Soup {
         let points: Vec<DVec3> = corners.iter().map(|&c| self.vertices[c as usize]).collect();
         let Triangles { triangles, crossed } = polygon::triangulate(&points)?;
         self.crossed += usize::from(crossed);
+        if corners.len() == 4 && !crossed && triangles == [[0, 1, 2], [0, 2, 3]] {
+            self.quads.push(self.triangles.len());
+        }
         for triangle in triangles {
             self.triangles.push(triangle.map(|k| corners[k]));
             self.part_of_triangle.push(part);
@@ -58,6 +64,7 @@ impl Soup {
 
     /// Adds what is known when the whole file is read to the notes.
     pub fn finish(mut self) -> Self {
+        diagonals::choose(&mut self);
         if self.crossed > 0 {
             self.notes.push(format!("{} faces cross themselves: they are cut as fans about their first corners", self.crossed));
         }
