@@ -64,7 +64,7 @@ impl Soup {
 
     /// Adds what is known when the whole file is read to the notes.
     pub fn finish(mut self) -> Self {
-        diagonals::choose(&mut self);
+        diagonals::choose(&self.vertices, &self.quads, &mut self.triangles, &mut self.uv);
         if self.crossed > 0 {
             self.notes.push(format!("{} faces cross themselves: they are cut as fans about their first corners", self.crossed));
         }
