@@ -40,6 +40,8 @@ pub struct SheetRecipe {
     pub flat_angle_deg: f64,
     /// Glued edges without a tab.
     pub without_tab: Vec<u32>,
+    /// Name and copy of pieces whose name found no place.
+    pub without_name: Vec<[u32; 2]>,
     /// Edge and facet of numbers that found no place.
     pub without_number: Vec<[u32; 2]>,
     /// Folds whose angle found no place.

@@ -7,9 +7,10 @@ use crate::visibility::{PeriodicBvh, Traced};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-/// Rays along each side of a texel that are traced first. Chosen, not measured: they miss what is narrower than a quarter of a texel in all of them, beside a texel that
-/// shows it.
+/// Rays along each side of a texel that are traced first. Chosen, not measured: what is narrower than a quarter of a texel they may miss in all of them.
 const FIRST: usize = 4;
+/// Rays along each side of the whole image, at least: texels that are few show much each. Chosen, not measured.
+const LEAST_OF_IMAGE: usize = 256;
 
 /// What the rays through a texel met.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -22,7 +23,8 @@ pub struct Cover {
     pub error: f64,
 }
 
-/// The cover of all texels from `wo`; where the first 16 rays of a texel or of a neighbour disagree, `fine` rays along each side are traced in it.
+/// The cover of all texels from `wo`; where the first 16 rays of a texel or of a neighbour disagree, `fine` rays along each side are traced in it, and where these
+/// find no front face of which samples were `seen`.
 ///
 /// # Errors
 /// What `check` says.
@@ -30,11 +32,13 @@ pub fn cover(
     rays: &PeriodicBvh,
     plane: &ReferencePlane,
     wo: DVec3,
-    fine: usize,
-    seed: u32,
+    (fine, seed): (usize, u32),
+    seen: &(dyn Fn(usize) -> bool + Sync),
     check: &(dyn Fn() -> Result<()> + Sync),
 ) -> Result<Vec<Cover>> {
     let [columns, rows] = plane.texels;
+    let first_side = FIRST.max(LEAST_OF_IMAGE.div_ceil(columns.max(rows)));
+    let fine = fine.max(first_side);
     // From above all of the surface, or from the plane itself where that is higher.
     let rise = ((rays.highest() - plane.z).max(0.0) + plane.period.max_element()) / wo.z;
     let of = |texel: usize, side: usize, salt: u32| {
@@ -47,14 +51,16 @@ pub fn cover(
         }
         found.cover(side)
     };
-    let first: Vec<Cover> = (0..plane.count()).into_par_iter().map(|texel| of(texel, FIRST, 0x3c1)).collect();
+    let first: Vec<Cover> = (0..plane.count()).into_par_iter().map(|texel| of(texel, first_side, 0x3c1)).collect();
     check()?;
     let is_whole = |c: Cover| (c.front == 0.0 || c.front == 1.0) && (c.any == 0.0 || c.any == 1.0);
     let is_clear = |texel: usize| {
         let (row, column) = (texel / columns, texel % columns);
         let near = (0..9).map(|k| (row + rows + k / 3 - 1) % rows * columns + (column + columns + k % 3 - 1) % columns);
         let mut near = near.map(|t| first[t]);
-        is_whole(first[texel]) && near.all(|c| c.front == first[texel].front && c.any == first[texel].any)
+        is_whole(first[texel])
+            && seen(texel) == (first[texel].front > 0.0)
+            && near.all(|c| c.front == first[texel].front && c.any == first[texel].any)
     };
     let found =
         (0..plane.count()).into_par_iter().map(|texel| if is_clear(texel) { first[texel] } else { of(texel, fine, 0x7b5) }).collect();
@@ -80,8 +86,8 @@ impl Counts {
     fn cover(&self, side: usize) -> Cover {
         let count = (side * side) as f64;
         let front = f64::from(self.front) / count;
-        // Jittered rays err where an edge crosses the texel: in about `side` of the `side²` cells, each by half a ray or less.
-        let error = (front * (1.0 - front)).sqrt() / (count * side as f64).sqrt();
+        // As if rays were drawn at random: jittered ones err less by the root of `side` where one edge crosses the texel, and as much where many do.
+        let error = (front * (1.0 - front) / count).sqrt();
         Cover { front, any: f64::from(self.any) / count, error }
     }
 }

@@ -13,6 +13,9 @@ const UBO81: Rings = &[(0.0, 1), (15.0, 6), (30.0, 12), (45.0, 18), (60.0, 20), 
 const UBO151: Rings =
     &[(0.0, 1), (11.0, 6), (23.5, 12), (30.0, 12), (37.5, 12), (45.0, 18), (52.5, 18), (60.0, 24), (67.5, 24), (75.0, 24)];
 
+/// Most directions of a list: more do not fit into a BTF's file.
+pub const MOST_DIRECTIONS: usize = 1 << 14;
+
 /// Directions of lights or of views, unit vectors of the upper hemisphere, none of them twice.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DirectionSet {
@@ -50,14 +53,19 @@ impl DirectionSet {
                 line.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty()).map(str::parse::<f64>).collect();
             let numbers = numbers.map_err(|_| at(format!("\"{line}\" is not all numbers"), "write `theta phi` in degrees, or `x y z`"))?;
             let direction = match numbers[..] {
-                [theta, phi] if (0.0..90.0).contains(&theta) && phi.is_finite() => Some(from_angles(theta.to_radians(), phi.to_radians())),
+                [theta, phi] if (0.0..90.0).contains(&theta) && phi.is_finite() => {
+                    above_horizon(from_angles(theta.to_radians(), phi.to_radians()))
+                }
                 [_, _] => None,
-                [x, y, z] => DVec3::new(x, y, z).try_normalize().and_then(above_horizon),
+                [x, y, z] => scaled(DVec3::new(x, y, z)).and_then(above_horizon),
                 _ => return Err(at(format!("{} numbers", numbers.len()), "write `theta phi` in degrees, or `x y z`")),
             };
             let Some(direction) = direction else {
-                return Err(at(format!("\"{line}\" is not above the surface"), "use 0 <= theta < 90, or z > 0"));
+                return Err(at(format!("\"{line}\" is not above the surface"), "use 0 <= theta < 90, or z >= 0"));
             };
+            if directions.len() == MOST_DIRECTIONS {
+                return Err(at(format!("more than {MOST_DIRECTIONS} directions"), "name fewer"));
+            }
             if directions.iter().any(|d| d.distance(direction) < 1e-9) {
                 return Err(at(format!("\"{line}\" stands there twice"), "leave one of them out"));
             }
@@ -68,6 +76,11 @@ impl DirectionSet {
         }
         Ok(Self { directions })
     }
+}
+
+/// A vector of length 1, however long or short it was.
+fn scaled(v: DVec3) -> Option<DVec3> {
+    (v / v.abs().max_element()).try_normalize()
 }
 
 fn from_angles(theta: f64, phi: f64) -> DVec3 {
@@ -93,10 +106,13 @@ mod tests {
 
     #[test]
     fn a_list_has_angles_or_vectors_and_says_which_line_is_wrong() {
-        let set = DirectionSet::parse("# views\n0 0\n60, 90\n\n0 0.5 0.5 # a vector\n").unwrap();
+        let set = DirectionSet::parse("# views\n0 0\n60, 90\n\n0 5e-200 5e-200 # a vector\n").unwrap();
         assert_eq!(set.directions.len(), 3);
         assert!((set.directions[1] - DVec3::new(0.0, 0.75_f64.sqrt(), 0.5)).length() < 1e-12);
+        // What grazes is lifted, as in all of the program.
+        assert_eq!(DirectionSet::parse("89.9999999 90").unwrap().directions[0].z, crate::direction::MIN_COSINE);
         for (text, words) in [
+            ("89.9999999 0\n1 0 0", "twice"),
             ("0 0\n95 0", "line 2"),
             ("1 2 3 4", "4 numbers"),
             ("up 0", "not all numbers"),

@@ -1,10 +1,12 @@
 //! A BTF as a file: a `.npz`, the archive of numpy, of arrays that any program reads (`docs/btf.md`).
 //!
-//! Radiance is 16-bit floats, whose rounding of .05 % is far below what samples leave; it is written view by view and read the same way, so that a BTF need not fit
+//! Radiance is 16-bit floats, whose rounding of .05 % (3e-8 1/sr for values below 6e-5) is far below what samples leave; it is written view by view and read the same way, so that a BTF need not fit
 //! into memory.
 
+use super::directions::MOST_DIRECTIONS;
 use super::reference_plane::ReferencePlane;
 use super::render::{BtfSummary, ImageMean, ViewImages};
+use crate::bounded_file::MAX_TEXT_BYTES;
 use crate::error::{BadInput, Error, Result};
 use glam::{DVec2, DVec3};
 use half::f16;
@@ -20,9 +22,9 @@ const FORMAT: &str = "biscale BTF";
 /// Version of the format; a reader refuses a larger one.
 const VERSION: u32 = 1;
 /// Most views, most lights, and most texels along either side.
-const MOST: usize = 1 << 14;
-/// Most bytes of `about.json`: a material file may stand in it.
-const MOST_ABOUT: u64 = 1 << 24;
+const MOST: usize = MOST_DIRECTIONS;
+/// Most bytes of `about.json`: a material file, which may have as many as a text, may stand in it, each character as six.
+const MOST_ABOUT: u64 = 8 * MAX_TEXT_BYTES;
 
 /// What a file says of itself.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -115,7 +117,9 @@ impl<W: Write + Seek> BtfWriter<W> {
     /// Those of the output; images of another size.
     pub fn push(&mut self, images: &ViewImages) -> io::Result<()> {
         let count = self.texels[0] * self.texels[1];
-        if images.value.len() != count * self.lights.len() || images.cover.len() != count || self.written == self.views.len() {
+        let lights = self.lights.len();
+        let is_short = images.error.len() != images.value.len() || images.means.len() != lights;
+        if is_short || images.value.len() != count * lights || images.cover.len() != count || self.written == self.views.len() {
             return Err(io::Error::other("a view has not as many texels and lights as the file"));
         }
         let mut bytes = Vec::with_capacity(2 * 3 * count);
@@ -216,6 +220,7 @@ impl BtfFile {
 
     fn read(path: &Path) -> Result<Self> {
         let file = File::open(path).map_err(|e| Error::reading(path, e))?;
+        let length = file.metadata().map_err(|e| Error::reading(path, e))?.len();
         let not_one = |what: &str| Error::from(BadInput::new(format!("this is no BTF of `biscale btf make`: {what}"), "name one"));
         let mut zip = ZipArchive::new(file).map_err(|e| not_one(&e.to_string()))?;
         let mut text = String::new();
@@ -230,6 +235,9 @@ impl BtfFile {
             return Err(BadInput::new(what, "use a newer biscale").into());
         }
         let [columns, rows] = about.texels;
+        if columns == 0 || rows == 0 {
+            return Err(not_one("it has no texels"));
+        }
         let directions = |zip: &mut ZipArchive<File>, name: &str| -> Result<Vec<DVec3>> {
             let found = array(zip, name, "<f8", &[None, Some(3)])?;
             let count = found.shape[0];
@@ -252,6 +260,10 @@ impl BtfFile {
         let cover = array(&mut zip, "cover", "<f2", &[v, Some(rows), Some(columns), Some(2)])?.bytes(&mut zip)?;
         let cover = halves(&cover).collect::<Vec<f32>>().chunks_exact(2).map(|c| [c[0], c[1]]).collect();
         let radiance = array(&mut zip, "radiance", "<f2", &[v, l, Some(rows), Some(columns), Some(3)])?;
+        // Sizes are those that the archive says: a file may lie.
+        if radiance.start.checked_add(radiance.size).is_none_or(|end| end > length) {
+            return Err(not_one("radiance.npy ends too soon"));
+        }
         let (place, bytes) = (radiance.start, 2 * 3 * (lights.len() * rows * columns) as u64);
         Ok(Self { about, views, lights, means, errors, cover, file: zip.into_inner(), radiance: place, bytes })
     }
@@ -374,7 +386,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_btf_or_cut_off_is_told_and_never_believed() {
+    fn what_is_no_btf_or_cut_off_is_told_and_nothing_panics() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.btf.npz");
         let mut writer = BtfWriter::new(File::create(&path).unwrap(), [2, 2], &[DVec3::Z], &[DVec3::Z]).unwrap();
@@ -386,7 +398,7 @@ mod tests {
         assert!(BtfFile::open(&path).is_ok());
         assert!(BtfFile::open(&folder.path().join("none.npz")).is_err());
         let broken = folder.path().join("b.btf.npz");
-        // Every byte otherwise, one at a time, and every length: an error or the same, and no panic.
+        // Every byte otherwise, one at a time: an error, or a BTF with another number in it.
         for k in 0..whole.len() {
             let mut other = whole.clone();
             other[k] ^= 0x55;

@@ -110,7 +110,10 @@ impl Ptm {
         let Some(count) = count else { return Err(bad(format!("{width} x {height} texels"), "use a map of at most 2^30 texels")) };
         let (mut scale, mut bias) = ([0.0; TERMS], [0; TERMS]);
         for scale in &mut scale {
-            *scale = head.number("a scale")?;
+            *scale = head.number::<f64>("a scale")?;
+            if !scale.is_finite() {
+                return Err(bad(format!("\"{scale}\" stands where a scale should"), "the head of the file is damaged"));
+            }
         }
         for bias in &mut bias {
             // Some programs write whole numbers with a fraction of 0.

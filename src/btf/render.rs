@@ -15,7 +15,7 @@ use rustc_hash::FxHashMap;
 
 /// Samples of the surface for each texel that a pilot begins with. Chosen, not measured: two for each replicate.
 const FIRST_SAMPLES: usize = 16;
-/// Most samples. Chosen, not measured: they and their visibility bits take about 700 MB.
+/// Most samples. Chosen, not measured: they and their visibility bits for 162 directions are about 600 MB by the size of their arrays.
 const MOST_SAMPLES: usize = 1 << 23;
 /// Views and lights of each that the pilot looks at.
 const PILOT: [usize; 2] = [6, 16];
@@ -219,7 +219,8 @@ impl Rendering<'_> {
         let seen = Seen::new(scene, wo, row(wo));
         let side = truncate_usize((COVER_RAYS / self.question.tolerance.sqrt()).clamp(4.0, 64.0));
         let check = || self.control.check();
-        let covers = cover(&self.rays, scene.plane, wo, side, self.question.seed, &check)?;
+        let is_seen = |texel: usize| seen.area[texel * REPLICATES..(texel + 1) * REPLICATES].iter().any(|&a| a > 0.0);
+        let covers = cover(&self.rays, scene.plane, wo, (side, self.question.seed), &is_seen, &check)?;
         let texels = Texels::new(scene.plane, &seen.area, covers);
         let one = |sums: &mut Vec<Sum>, &wi: &DVec3| {
             sums.fill([0.0; 4]);
@@ -301,9 +302,11 @@ struct Image {
 impl<'a> Texels<'a> {
     fn new(plane: &ReferencePlane, area: &'a [f32], covers: Vec<Cover>) -> Self {
         let is_seen = |texel: usize| area[texel * REPLICATES..(texel + 1) * REPLICATES].iter().any(|&a| a > 0.0);
-        let stand_in: Vec<usize> =
-            (0..plane.count()).map(|t| if is_seen(t) { t } else { nearest(plane, t, &is_seen).unwrap_or(t) }).collect();
-        let filled = (0..plane.count()).filter(|&t| stand_in[t] != t && covers[t].front > 0.0).count();
+        let is_empty = !(0..plane.count()).any(is_seen);
+        // What shows nothing needs none; where nothing at all was seen there is none.
+        let one = |t: usize| if is_empty || is_seen(t) || covers[t].front <= 0.0 { t } else { nearest(plane, t, &is_seen).unwrap_or(t) };
+        let stand_in: Vec<usize> = (0..plane.count()).into_par_iter().map(one).collect();
+        let filled = (0..plane.count()).filter(|&t| covers[t].front > 0.0 && !is_seen(t)).count();
         Self { area, covers, stand_in, filled }
     }
 
@@ -321,6 +324,10 @@ impl<'a> Texels<'a> {
                 continue;
             }
             let Cover { front, error: of_front, .. } = self.covers[texel];
+            // Replicates of which nothing fell into the texel deviate by nothing: those that did tell its spread.
+            let parts = area.iter().filter(|&&a| a > 0.0).count();
+            let is_told = self.stand_in[texel] == texel && parts > 1;
+            let unbiased = parts as f64 / (parts.max(2) - 1) as f64;
             for c in 0..3 {
                 let ratio = light.iter().map(|s| f64::from(s[c])).sum::<f64>() / whole;
                 let (mut squares, mut halves) = (0.0, [0.0; 2]);
@@ -330,9 +337,9 @@ impl<'a> Texels<'a> {
                     halves[2 * r / REPLICATES] += off;
                     of_replicates[r][c] += front * off;
                 }
-                variances[0] += front * front * UNBIASED * squares;
+                variances[0] += front * front * unbiased * squares;
                 variances[1] += front * front * 2.0 * (halves[0] * halves[0] + halves[1] * halves[1]);
-                let spread = if self.stand_in[texel] == texel { correction * (UNBIASED * squares).sqrt() } else { ratio };
+                let spread = if is_told { correction * (unbiased * squares).sqrt() } else { ratio };
                 value[texel][c] = narrow(front * ratio);
                 error[texel][c] = narrow((front * spread).hypot(of_front * ratio));
                 mean[c] += front * ratio;

@@ -87,11 +87,12 @@ fn what_cannot_be_made_or_shown_is_refused_before_the_work() {
         ("no texels", Arguments(&["btf", "make", "m.toml", "-o", "a.npz", "--texels", "0"]), 2, &["--texels", "1 to 2048"]),
         ("texels in words", Arguments(&["btf", "make", "m.toml", "-o", "a.npz", "--texels", "axb"]), 2, &["--texels", "64x32"]),
         ("a plane nowhere", Arguments(&["btf", "make", "m.toml", "-o", "a.npz", "--plane", "nan"]), 2, &["--plane", "middle"]),
+        ("a plane far away", Arguments(&["btf", "make", "m.toml", "-o", "a.npz", "--plane", "1e18"]), 2, &["--plane", "periods"]),
         (
             "too much",
             Arguments(&["btf", "make", "m.toml", "-o", "a.npz", "--texels", "2048", "--directions", "ubo151"]),
             2,
-            &["billion", "fewer texels"],
+            &["do not fit into memory", "fewer texels"],
         ),
         ("a material that is no BTF", Arguments(&["btf", "image", "m.toml", "-o", "a.png"]), 2, &["m.toml", "no BTF"]),
         ("no BTF at all", Arguments(&["btf", "ptm", "none.npz", "-o", "a.ptm"]), 2, &["none.npz", "no such file"]),

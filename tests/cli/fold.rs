@@ -105,7 +105,10 @@ fn validate_py_finds_what_is_wrong() {
     let fold = angle["edges_assignment"].as_array().unwrap().iter().position(|a| a == "M").unwrap();
     angle["edges_foldAngle"][fold] = (-20.0).into();
     let mut overlap = good.clone();
-    let (face, other) = (good["faces_vertices"][0].clone(), good["faces_vertices"][5].clone());
+    // A face that shares no corner with the first one.
+    let faces = good["faces_vertices"].as_array().unwrap();
+    let apart = |other: &serde_json::Value| other.as_array().unwrap().iter().all(|c| !faces[0].as_array().unwrap().contains(c));
+    let (face, other) = (faces[0].clone(), faces.iter().rev().find(|f| apart(f)).unwrap().clone());
     for k in 0..3 {
         let to = good["vertices_coords"][face[k].as_u64().unwrap() as usize].clone();
         overlap["vertices_coords"][other[k].as_u64().unwrap() as usize] = to;

@@ -16,6 +16,7 @@ use crate::polygon::{Convex, triangulate};
 use crate::sheet_recipe::SheetRecipe;
 use crate::unfold::{Pattern, Piece};
 use biscale::error::Result;
+use biscale::numerics::cast::index_u32;
 use biscale::numerics::cast::{truncate_i32, truncate_u64};
 use glam::DVec2;
 use rayon::prelude::*;
@@ -131,6 +132,7 @@ fn label(pages: &mut [Page], drawing: &PieceDrawing<'_>, placed: &[(usize, &Piec
                 match (around.place(pending), pending.role) {
                     (Some(label), _) => all.push(label),
                     (None, Role::Number { edge, facet }) => recipe.without_number.push([edge, facet]),
+                    (None, Role::Name) => recipe.without_name.push([index_u32(piece.name), index_u32(piece.copy)]),
                     (None, _) => {}
                 }
             }
@@ -143,6 +145,7 @@ fn label(pages: &mut [Page], drawing: &PieceDrawing<'_>, placed: &[(usize, &Piec
             drawing.draw_labels(page, piece, &all, recipe.textured);
         }
     }
+    recipe.without_name.sort_unstable();
     recipe.without_number.sort_unstable();
     recipe.without_angle.sort_unstable();
 }

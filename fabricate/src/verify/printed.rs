@@ -89,6 +89,7 @@ impl<'a> Pieces<'a> {
             design,
             sides,
             sheet,
+            without_name: sheet.without_name.iter().copied().collect(),
             without_number: sheet.without_number.iter().copied().collect(),
             without_angle: sheet.without_angle.iter().copied().collect(),
             angles: sheet.angles,

@@ -21,6 +21,7 @@ pub(super) struct Texts<'a> {
     pub(super) design: &'a Mesh,
     pub(super) sides: &'a Sides,
     pub(super) sheet: &'a SheetRecipe,
+    pub(super) without_name: BTreeSet<[u32; 2]>,
     pub(super) without_number: BTreeSet<[u32; 2]>,
     pub(super) without_angle: BTreeSet<u32>,
     /// Whether folds carry their angles.
@@ -32,7 +33,8 @@ impl Texts<'_> {
     pub(super) fn name(&self, page: &mut Page<'_>, piece: [u32; 2], facets: &[&ReadFacet]) {
         let what = format!("the name of piece {}", piece[0]);
         let claim = format!("name {} {}", piece[0], piece[1]);
-        let Some(mark) = page.one(&claim, &what) else { return };
+        let mark = if self.without_name.contains(&piece) { page.maybe(&claim, &what) } else { page.one(&claim, &what) };
+        let Some(mark) = mark else { return };
         let Some((words, at, size)) = page.text(mark, &what) else { return };
         let plain = words.strip_prefix("piece ").unwrap_or(words);
         let (number, rest) = plain.split_once(' ').unwrap_or((plain, ""));

@@ -75,7 +75,7 @@ pub(super) fn causes(
             Ok(None) | Err(Error::BadInput(_)) => continue,
             Err(error) => return Err(error),
         };
-        if then.repairs(&now, assumption.changes_values()) {
+        if then.repairs(&now, assumption.changes_values(), assumption == Assumption::Encoded) {
             causes.push(Cause {
                 remedy: assumption.remedy(prepared.spec),
                 objective_ratio: (then.by_bin == now.by_bin).then_some(then.objective / now.objective),
@@ -89,7 +89,7 @@ pub(super) fn causes(
 
 impl Explained {
     /// Whether the photographs agree so, and did not before.
-    fn repairs(&self, before: &Self, other_values: bool) -> bool {
+    fn repairs(&self, before: &Self, other_values: bool, linearised: bool) -> bool {
         let ratio = self.objective / before.objective;
         if self.by_bin != before.by_bin {
             // Only a close-up that repeats as the material does can be compared bin by bin.
@@ -102,7 +102,7 @@ impl Explained {
         let distant_agree = self.training <= MOST_ERROR && before.training > MOST_ERROR && !self.is_worse_near(before);
         // A failure for a light or a number on its bound leaves errors that pass: then they must be clearly smaller. Values that were encoded have smaller relative errors than
         // linear ones, so that this is no matter of the curve.
-        let errors_say = other_values && self.passes && before.passes && self.training <= REPAIRED * before.training;
+        let errors_say = linearised && self.passes && before.passes && self.training <= REPAIRED * before.training;
         residuals_say || errors_say || ((passes_now || distant_agree) && ratio <= CLEARLY_BETTER)
     }
 

@@ -32,8 +32,8 @@ impl ScaleOfColours {
         let left_out = missing.filter(|share| *share > TOLD);
         let notes = left_out.map(|share| {
             format!(
-                "the fitted material would reflect {:.1} % of what the distant photographs show more than once, which the fit leaves out: all that it finds is \
-                 uncertain by as much",
+                "the fitted material would reflect {:.1} % of what the distant photographs show more than once, which the fit leaves out: what that changes \
+                 is in the standard deviations",
                 100.0 * share
             )
         });

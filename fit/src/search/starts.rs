@@ -68,8 +68,8 @@ pub fn latin_hypercube(count: usize, dimensions: usize, seed: u64) -> Vec<Vec<f6
     points
 }
 
-/// Where the starts begin: the first one where the fit file says, the others spread over the bounds; all with the lights as they were given, and the blur as edges
-/// tell it.
+/// Where the starts begin: the first one where the fit file says, the others spread over the bounds; all with the lights as they were given, and the blur as is usual of what
+/// edges tell.
 pub fn starts(model: &Model<'_>, count: usize, seed: u64) -> Vec<Vec<f64>> {
     let spread = latin_hypercube(count.saturating_sub(1), model.variables.len(), seed);
     let own = |variable: &Variable| match variable {

@@ -92,7 +92,7 @@ fn of_bound(known: &Known) -> Option<String> {
         )),
         "colour" if bounds[0] > 0.0 => Some(format!("{name} lies on its lower bound, {value:.3}: the truth may lie below; widen `bounds`")),
         "blur" => Some(format!(
-            "the close-up would have to be {value:.2} times as blurred as its edges tell: photograph it from nearer, and in focus"
+            "the close-up would have to be {value:.2} times as blurred as its edges tell, the bound of what is looked for: photograph it from nearer, in focus"
         )),
         "exposure" => Some(format!("the close-up is {value:.3} times as bright as its irradiance says: check the irradiance in the file")),
         _ => None,

@@ -36,6 +36,9 @@ pub struct ImageArgs {
     force: bool,
 }
 
+/// Most pixels along a side. Chosen, not measured: 4 GB of memory.
+const MOST_PIXELS: usize = 1 << 14;
+
 /// Runs the command.
 ///
 /// # Errors
@@ -56,6 +59,10 @@ pub fn run(args: &ImageArgs, common: &CommonArgs) -> Result<()> {
     let image = &values[args.light * columns * rows..(args.light + 1) * columns * rows];
     let repeat = usize::from(args.repeat);
     let (width, height) = (columns * repeat, rows * repeat);
+    if width.max(height) > MOST_PIXELS {
+        let what = format!("{width} x {height} pixels are too many");
+        return Err(BadInput::new(what, format!("use at most {MOST_PIXELS} along a side")).at_field("repeat").into());
+    }
     let mut picture = Picture::new(index_u32(width), index_u32(height));
     for (at, pixel) in picture.rgb.iter_mut().enumerate() {
         *pixel = image[at / width % rows * columns + at % width % columns];

@@ -48,6 +48,10 @@ pub struct MakeArgs {
 
 /// Most texels along either side, and most of all images together. Chosen, not measured: 20 GB in the file.
 const MOST_TEXELS: usize = 2048;
+/// Most texels of the images of one view together, which are held at once: 5 GB. Chosen, not measured.
+const MOST_HELD: f64 = 1e8;
+/// Most periods that the plane may lie from z = 0: farther away texels lose their digits. Chosen, not measured.
+const MOST_PERIODS: f64 = 1e4;
 /// See [`MOST_TEXELS`].
 const MOST_VALUES: f64 = 3.5e9;
 
@@ -106,7 +110,16 @@ pub fn run(args: &MakeArgs, common: &CommonArgs) -> Result<()> {
     let views = directions(&args.directions, "directions")?;
     let lights = args.lights.as_deref().map_or_else(|| Ok(views.clone()), |lights| directions(lights, "lights"))?;
     let plane = ReferencePlane::new(&small.tile, args.plane, args.texels);
+    if plane.z.abs() > MOST_PERIODS * small.tile.period.min_element() {
+        let what = format!("a plane at {} lies more than {MOST_PERIODS} periods from the surface", plane.z);
+        return Err(BadInput::new(what, "use middle, top, or a height near the surface").at_field("plane").into());
+    }
     let values = plane.count() as f64 * views.len() as f64 * lights.len() as f64;
+    if plane.count() as f64 * lights.len() as f64 > MOST_HELD {
+        let what =
+            format!("{} images of one view, of {} x {} texels, do not fit into memory", lights.len(), args.texels[0], args.texels[1]);
+        return Err(BadInput::new(what, "use fewer texels, or fewer lights and several files").into());
+    }
     if values > MOST_VALUES {
         let what = format!(
             "{} images of {} x {} texels are {:.1} billion",

@@ -95,13 +95,13 @@ fn fold(job: &FoldJob<'_>, control: &Control<'_>) -> Result<FoldedDesign> {
 
 /// Says which texts found no place on the sheets.
 fn missing_texts(recipe: &SheetRecipe) -> Option<String> {
-    let (numbers, angles) = (recipe.without_number.len(), recipe.without_angle.len());
-    match (numbers, angles) {
-        (0, 0) => None,
-        (0, a) => Some(format!("{a} fold angles found no place in type that is read")),
-        (n, 0) => Some(format!("{n} numbers found no place at their edges in type that is read")),
-        (n, a) => Some(format!("{n} numbers and {a} fold angles found no place in type that is read")),
-    }
+    let counts = [
+        (recipe.without_name.len(), "names of pieces"),
+        (recipe.without_number.len(), "numbers at edges"),
+        (recipe.without_angle.len(), "fold angles"),
+    ];
+    let told: Vec<String> = counts.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")).collect();
+    (!told.is_empty()).then(|| format!("{} found no place in type that is read", told.join(", ")))
 }
 
 /// Says of how many parts a surface is; refuses one with holes where it must be closed.
