@@ -115,7 +115,8 @@ fn a_period_is_known_no_better_than_the_height_of_what_repeats() {
 #[test]
 fn what_bounds_exclude_and_what_is_not_from_afar_fails_and_the_scale_of_colours_is_flagged() {
     let (outcome, _) = fitted("bounds too low");
-    assert!(outcome.failures.iter().any(|f| f.contains("geometry.depth lies on a bound")), "{:?}", outcome.failures);
+    let depth = outcome.identified.known.iter().find(|k| k.name == "geometry.depth");
+    assert!(outcome.failures.iter().any(|f| f.contains("geometry.depth lies on a bound")), "{:?} {depth:?}", outcome.failures);
     let (outcome, _) = fitted("threads resolved");
     assert!(outcome.failures.iter().any(|f| f.contains("is not from afar")), "{:?}", outcome.failures);
     let (outcome, _) = fitted("all gain .5");
