@@ -203,13 +203,13 @@ impl BestPoint<'_> {
         let inverse = Cholesky::new(&gram, total)?.inverse();
         let share = 1.0 / (self.replicates.len() as f64).sqrt();
         let of_samples = self.differences().into_iter().map(|difference| (share, difference));
-        // Of light that is left out all is missing: the change is no deviation about a mean.
+        // Of light that is left out all is missing: the change is no deviation about a mean. What colours are uncertain by for it is in their common scale.
         let of_missing = self.missing.map(|change| (1.0, change.to_vec()));
         let mut found = inverse.clone();
-        for (share, difference) in of_samples.chain(of_missing) {
+        for ((share, difference), count) in of_samples.map(|s| (s, total)).chain(of_missing.map(|m| (m, self.point.len()))) {
             let answer = self.answer(&inverse, keep, &difference);
-            for i in (0..total).filter(|&i| !self.held[i]) {
-                for j in (0..total).filter(|&j| !self.held[j]) {
+            for i in (0..count).filter(|&i| !self.held[i]) {
+                for j in (0..count).filter(|&j| !self.held[j]) {
                     found[i * total + j] += share * share * answer[i] * answer[j];
                 }
             }

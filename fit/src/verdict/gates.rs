@@ -61,7 +61,8 @@ pub fn failures(judged: &Judged<'_>) -> Vec<String> {
             percent(MOST_NEAR_ERROR)
         ));
     }
-    failures.extend(judged.known.iter().filter_map(of_bound));
+    let is_explained = failures.is_empty();
+    failures.extend(judged.known.iter().filter_map(|known| of_bound(known, is_explained)));
     failures.extend(judged.validations.iter().filter(|v| v.verdict == Verdict::Fail).map(|v| of_validation(v, judged.training)));
     failures
 }
@@ -71,14 +72,14 @@ fn over(error: f64, limit: f64) -> bool {
     error.is_nan() || error > limit
 }
 
-/// An unknown that would go on if it could.
-fn of_bound(known: &Known) -> Option<String> {
+/// An unknown that would go on if it could. Where photographs are explained, a parameter that nothing tells may lie anywhere; where they are not, its bound may be why.
+fn of_bound(known: &Known, is_explained: bool) -> Option<String> {
     if !known.at_bound {
         return None;
     }
     let Known { name, value, bounds, .. } = known;
     match known.kind {
-        "parameter" if known.not_identified => None,
+        "parameter" if known.not_identified && is_explained => None,
         "parameter" => Some(format!(
             "{name} lies on a bound, at {value:.4}: the truth may lie beyond; widen `bounds` = [{}, {}]",
             bounds[0], bounds[1]
