@@ -78,7 +78,7 @@ fn photographs_of_the_models_own_weave_give_it_back() {
         let found = known(&outcome, name);
         let off = found.value - truth;
         assert!(off.abs() <= 3.0 * found.sigma, "{found:?} for {truth}");
-        assert!(!strong || (off.abs() <= 0.03 * truth && !found.weak), "{found:?} for {truth}");
+        assert!(!strong || (off.abs() <= 0.02 * truth && !found.weak), "{found:?} for {truth}");
     }
 }
 

@@ -147,9 +147,9 @@ impl Search<'_> {
             let others = starts.iter().chain(&unrefined).chain(&rest);
             let first = others.map(|s| s.number).max().unwrap_or(0) + 1;
             let pushed = self.pushed(&starts[0], first, &variants.all, watch)?;
+            let (pushed, leads) = self.on_the_same_samples(&starts[0], pushed, &variants.all)?;
             // The best one stays in front where it is better still, the close-up believed as much.
-            let is_best = !is_doubted(&starts[0]) && pushed.first().is_none_or(|other| other.objective >= starts[0].objective);
-            let place = usize::from(is_best);
+            let place = usize::from(!is_doubted(&starts[0]) && !leads);
             starts.splice(place..place, pushed);
         }
         if self.may_go_on() {
@@ -256,6 +256,30 @@ impl Search<'_> {
         let found = self.stage(Stage::Refine, &self.prepared.fine, FINE.samples, &starts, variants)?;
         watch.lap("refine");
         Ok(found.into_iter().filter(|s| s.objective.is_finite()).collect())
+    }
+
+    /// Pushed starts in the order of their objectives on the samples of `best`, and whether the first one is better than that: each was refined on samples of its own,
+    /// and the least of many objectives is that of the luckiest samples.
+    fn on_the_same_samples(&self, best: &Start, pushed: Vec<Start>, variants: &[Variant]) -> Result<(Vec<Start>, bool)> {
+        if pushed.is_empty() {
+            return Ok((pushed, false));
+        }
+        let control = self.shared.control;
+        let compared = self.model(&self.prepared.fine, FINE.samples, best, variants).and_then(|model| {
+            let own = model.objective(&best.point, control)?;
+            Ok((own, in_parallel(&pushed, |_, start| model.objective(&start.point, control))?))
+        });
+        let (own, objectives) = match compared {
+            Ok(compared) => compared,
+            // Whoever stops the search wants what it has found.
+            Err(Error::Interrupted) => return Ok((pushed, false)),
+            Err(error) => return Err(error),
+        };
+        self.shared.count(1 + pushed.len());
+        let mut order: Vec<(f64, Start)> = objectives.into_iter().zip(pushed).collect();
+        order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.number.cmp(&b.1.number)));
+        let leads = order[0].0 < own;
+        Ok((order.into_iter().map(|(_, start)| start).collect(), leads))
     }
 
     /// The best start with more samples, and the interreflections of where it stands now.
