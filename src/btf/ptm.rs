@@ -5,6 +5,7 @@
 
 use crate::error::BadInput;
 use crate::numerics::cast::narrow;
+use crate::numerics::colour::luminance;
 use crate::numerics::linear_algebra::{largest_eigenvectors, symmetric_eigenvalues};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -16,8 +17,6 @@ pub const TERMS: usize = 6;
 const LEAST_SINGULAR: f64 = 1e-3;
 /// Texels of a block, whose sums stay in registers and the nearest cache.
 const BLOCK: usize = 64;
-/// Rec. 709.
-const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
 /// What each coefficient is multiplied by under a light.
 pub fn terms(light: DVec3) -> [f64; TERMS] {
@@ -28,6 +27,8 @@ pub fn terms(light: DVec3) -> [f64; TERMS] {
 /// Lights, and how values under them become coefficients.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightFit {
+    /// By light what coefficients are multiplied by.
+    terms: Vec<[f64; TERMS]>,
     /// By light what its value adds to each coefficient: a row of the pseudoinverse.
     weights: Vec<[f64; TERMS]>,
     /// Singular values of the matrix of the lights' terms, the largest first.
@@ -66,7 +67,7 @@ impl LightFit {
             }
             weight
         };
-        Ok(Self { weights: rows.iter().map(weight).collect(), singular_values, rank })
+        Ok(Self { weights: rows.iter().map(weight).collect(), terms: rows, singular_values, rank })
     }
 }
 
@@ -110,12 +111,11 @@ impl Ptm {
     ///
     /// # Panics
     /// As [`Self::fit_rgb`].
-    pub fn fit_luminance(fit: &LightFit, lights: &[DVec3], texels: [usize; 2], images: &[[f32; 3]]) -> Self {
+    pub fn fit_luminance(fit: &LightFit, texels: [usize; 2], images: &[[f32; 3]]) -> Self {
         let count = texels[0] * texels[1];
-        assert!(images.len() == count * lights.len() && lights.len() == fit.weights.len(), "an image for each light");
-        let luminance = |c: [f32; 3]| LUMINANCE[0] * c[0] + LUMINANCE[1] * c[1] + LUMINANCE[2] * c[2];
-        let coefficients = coefficients(fit, count, &|light, texel| luminance(images[light * count + texel]));
-        let terms: Vec<[f32; TERMS]> = lights.iter().map(|&l| terms(l).map(narrow)).collect();
+        assert_eq!(images.len(), count * fit.weights.len(), "an image for each light");
+        let coefficients = coefficients(fit, count, &|light, texel| narrow(luminance(images[light * count + texel].map(f64::from))));
+        let terms: Vec<[f32; TERMS]> = fit.terms.iter().map(|terms| terms.map(narrow)).collect();
         let colour = coefficients.par_iter().enumerate().map(|(texel, own)| {
             let (mut products, mut squares) = ([0.0_f32; 3], 0.0);
             for (light, terms) in terms.iter().enumerate() {
@@ -210,7 +210,7 @@ mod tests {
         // lx², lx and 1.
         assert_eq!(fit.rank, 3);
         let images: Vec<[f32; 3]> = lights.iter().map(|l| [0.5 + 0.25 * l.x as f32, 1.0, 0.0]).collect();
-        let found = Ptm::fit_luminance(&fit, &lights, [1, 1], &images);
+        let found = Ptm::fit_luminance(&fit, [1, 1], &images);
         let PtmColours::Luminance { coefficients, .. } = &found.colours else { unreachable!("luminance was asked for") };
         assert!(coefficients[0].iter().all(|c| c.abs() < 2.0) && coefficients[0][1].abs() < 1e-6, "{coefficients:?}");
         assert!(LightFit::new(&[]).is_err() && LightFit::new(&[DVec3::NAN]).is_err());

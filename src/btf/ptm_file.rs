@@ -5,7 +5,7 @@
 
 use super::ptm::{Ptm, PtmColours, TERMS};
 use crate::error::{BadInput, Error, Result};
-use crate::numerics::cast::{narrow, truncate_u8};
+use crate::numerics::cast::{narrow, truncate_i32, truncate_u8};
 use std::io::{self, Write};
 
 /// Largest value in a file.
@@ -31,7 +31,7 @@ impl Scales {
         }
         // A constant one must not divide by 0; the bias is a whole number, so that the ends move by less than a step.
         let scale = std::array::from_fn(|k| ((high[k] - low[k]) / 254.0).max(1e-6));
-        Self { scale, bias: std::array::from_fn(|k: usize| round_i32(-low[k] / scale[k])) }
+        Self { scale, bias: std::array::from_fn(|k: usize| truncate_i32((-low[k] / scale[k]).round())) }
     }
 
     fn bytes(&self, own: &[f64; TERMS]) -> [u8; TERMS] {
@@ -41,12 +41,6 @@ impl Scales {
     fn value(&self, k: usize, byte: u8) -> f64 {
         (f64::from(byte) - f64::from(self.bias[k])) * self.scale[k]
     }
-}
-
-/// A whole number of at most nine digits, as files hold them.
-fn round_i32(x: f64) -> i32 {
-    let x = x.round().clamp(-999_999_999.0, 999_999_999.0);
-    x as i32
 }
 
 impl Ptm {
@@ -117,7 +111,7 @@ impl Ptm {
         }
         for bias in &mut bias {
             // Some programs write whole numbers with a fraction of 0.
-            *bias = round_i32(head.number("a bias")?);
+            *bias = truncate_i32(head.number::<f64>("a bias")?.round());
         }
         let scales = Scales { scale, bias };
         let data = head.data()?;

@@ -17,6 +17,8 @@ use rustc_hash::FxHashMap;
 const FIRST_SAMPLES: usize = 16;
 /// Most samples. Chosen, not measured: they and their visibility bits for 162 directions are about 600 MB by the size of their arrays.
 const MOST_SAMPLES: usize = 1 << 23;
+/// Most samples for each texel: sums of a replicate's in f32 stay right to 1e-4.
+const MOST_OF_TEXEL: usize = 1 << 17;
 /// Views and lights of each that the pilot looks at.
 const PILOT: [usize; 2] = [6, 16];
 /// Share of the tolerance that the pilot must keep, since the other pairs may be worse. Chosen, not measured.
@@ -162,7 +164,9 @@ impl Rendering<'_> {
         let views: Vec<ViewLights> = spread(self.question.views, PILOT[0])
             .map(|view| ViewLights { wo: view.wo, lights: spread(&view.lights, PILOT[1]).copied().collect() })
             .collect();
-        let mut samples = (FIRST_SAMPLES * self.question.plane.count()).next_power_of_two().clamp(1 << 12, MOST_SAMPLES);
+        let texels = self.question.plane.count().next_power_of_two();
+        let most = MOST_SAMPLES.min(MOST_OF_TEXEL * texels);
+        let mut samples = (FIRST_SAMPLES * texels).clamp(1 << 12, most);
         loop {
             (control.progress)("samples", 0.0);
             let quiet = Control { progress: &|_, _| {}, ..*control };
@@ -171,12 +175,14 @@ impl Rendering<'_> {
             let of_samples = (1.0 - correction * correction) * squares.by_eighths;
             let relative_rms = found.relative_rms * (1.0 - (of_samples / squares.errors.max(f64::MIN_POSITIVE)).min(1.0)).sqrt();
             let over = relative_rms / (PILOT_SHARE * self.question.tolerance);
-            if over <= 1.0 || samples == MOST_SAMPLES {
+            if over <= 1.0 || samples == most {
                 return Ok((samples, correction));
             }
             // Errors of tiles fall as the samples to the power of -.75 or so (`docs/btf.md`): rather too few and looked at again than twice too many.
-            let more = (samples as f64 * over.powf(4.0 / 3.0)).min(MOST_SAMPLES as f64);
-            samples = 1 << truncate_usize(more.log2()).max(samples.ilog2() as usize + 1);
+            let more = (samples as f64 * over.powf(4.0 / 3.0)).min(most as f64);
+            // Four times as many at once at most: the first look has texels that few samples fell into, whose errors say little.
+            let now = samples.ilog2() as usize;
+            samples = 1 << truncate_usize(more.log2()).clamp(now + 1, now + 2).min(most.ilog2() as usize);
         }
     }
 
@@ -316,6 +322,9 @@ impl<'a> Texels<'a> {
         let (mut value, mut error) = (vec![[0.0; 3]; count], vec![[0.0; 3]; count]);
         let (mut mean, mut of_replicates, mut of_cover) = ([0.0; 3], [[0.0; 3]; REPLICATES], [0.0; 3]);
         let mut variances = [0.0; 2];
+        // What the whole image shows of what was seen: nothing else is known of a texel that one sample fell into, or none.
+        let area: f64 = self.area.iter().map(|&a| f64::from(a)).sum();
+        let usual: [f64; 3] = std::array::from_fn(|c| sums.iter().map(|s| f64::from(s[c])).sum::<f64>() / area.max(f64::MIN_POSITIVE));
         for texel in 0..count {
             let from = self.stand_in[texel] * REPLICATES;
             let (area, light) = (&self.area[from..from + REPLICATES], &sums[from..from + REPLICATES]);
@@ -339,7 +348,7 @@ impl<'a> Texels<'a> {
                 }
                 variances[0] += front * front * unbiased * squares;
                 variances[1] += front * front * 2.0 * (halves[0] * halves[0] + halves[1] * halves[1]);
-                let spread = if is_told { correction * (unbiased * squares).sqrt() } else { ratio };
+                let spread = if is_told { correction * (unbiased * squares).sqrt() } else { ratio.max(usual[c]) };
                 value[texel][c] = narrow(front * ratio);
                 error[texel][c] = narrow((front * spread).hypot(of_front * ratio));
                 mean[c] += front * ratio;

@@ -1,6 +1,9 @@
 //! Surfaces of all kinds, and their patterns as files.
 
-use biscale::numerics::random::Random;
+#[allow(dead_code, reason = "the benchmark uses more of it")]
+#[path = "../../benches/surfaces/mod.rs"]
+mod shapes;
+
 use biscale_fabricate::drawing::{Look, assembly_pages, sheets};
 use biscale_fabricate::formats::{Content, Format, side_by_side};
 use biscale_fabricate::mesh::{Mesh, Tolerance, Triangles};
@@ -107,35 +110,13 @@ pub fn pyramid(n: u32, r: f64, h: f64) -> Triangles {
     soup(vertices, triangles)
 }
 
-/// A bumpy field of `n` x `n` cells, its triangles in two colours if asked for.
+/// A bumpy field of `n` x `n` cells, its triangles in three colours if asked for.
 pub fn field(n: usize, cell: f64, height: f64, seed: u64, colours: bool) -> Triangles {
-    let mut random = Random::new(seed);
-    let mut out = Triangles::default();
-    for j in 0..=n {
-        for i in 0..=n {
-            out.vertices.push(DVec3::new(i as f64 * cell, j as f64 * cell, height * random.unit()));
-        }
+    let mut out = shapes::heights(n, cell, height, seed);
+    if colours {
+        let palette = [[0.8, 0.1, 0.1], [0.02, 0.02, 0.05], [0.2, 0.7, 0.3]];
+        out.colours = (0..out.triangles.len()).map(|k| palette[k % 3]).collect();
     }
-    for j in 0..n {
-        for i in 0..n {
-            let (k, m) = ((j * (n + 1) + i) as u32, (n + 1) as u32);
-            out.triangles.extend([[k, k + 1, k + m + 1], [k, k + m + 1, k + m]]);
-        }
-    }
-    let palette = [[0.8, 0.1, 0.1], [0.02, 0.02, 0.05], [0.2, 0.7, 0.3]];
-    out.colours = (0..out.triangles.len()).map(|k| if colours { palette[k % 3] } else { [1.0; 3] }).collect();
-    out
-}
-
-/// Grooves: one developable strip.
-pub fn grooves(n: u32, cell: f64, depth: f64) -> Triangles {
-    let mut out = Triangles::default();
-    for i in 0..=2 * n {
-        let z = if i % 2 == 0 { 0.0 } else { -depth };
-        out.vertices.extend([0.0, 60.0].map(|y| DVec3::new(0.5 * f64::from(i) * cell, y, z)));
-    }
-    out.triangles = (0..2 * n).flat_map(|i| [[2 * i, 2 * i + 2, 2 * i + 3], [2 * i, 2 * i + 3, 2 * i + 1]]).collect();
-    out.colours = vec![[0.5; 3]; out.triangles.len()];
     out
 }
 
@@ -194,7 +175,7 @@ pub fn forty() -> Vec<(String, Triangles)> {
         out.push((format!("coloured field {seed}"), field(4, 16.0, height, seed, true)));
     }
     for (n, depth) in [(3, 4.0), (6, 6.0), (9, 3.0)] {
-        out.push((format!("{n} grooves"), grooves(n, 12.0, depth)));
+        out.push((format!("{n} grooves"), shapes::grooves(n, 5, 12.0, depth)));
     }
     for (n, r, dent) in [(3, 25.0, 0.0), (4, 30.0, 4.0), (5, 45.0, 8.0), (6, 60.0, 10.0), (8, 60.0, 3.0)] {
         out.push((format!("ball of {n} rings"), ball(n, r, dent)));

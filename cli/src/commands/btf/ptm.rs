@@ -4,14 +4,12 @@ use crate::common::options::{self, CommonArgs};
 use crate::common::output::{self, Target};
 use biscale::btf::{BtfFile, LightFit, Ptm};
 use biscale::error::Result;
-use biscale::numerics::cast::{narrow, truncate_usize};
+use biscale::numerics::cast::narrow;
 use biscale::numerics::colour::linear_to_srgb;
+use biscale::render::Picture;
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-
-/// Share of the values that the automatic exposure shows without cutting, as that of pictures. Chosen, not measured.
-const BRIGHT: f64 = 0.995;
 
 /// Arguments of `biscale btf ptm`.
 #[derive(Args, Debug)]
@@ -48,19 +46,18 @@ pub fn run(args: &PtmArgs, common: &CommonArgs) -> Result<()> {
     }
     let target = Target::new(&args.output, args.force, &[&args.btf], |_| false)?;
     let mut btf = BtfFile::open(&args.btf)?;
-    let mut values = btf.view(args.view)?;
-    let stops = args.exposure.unwrap_or_else(|| auto_exposure(&values));
+    let values = btf.view(args.view)?;
+    // All images of the view are one picture: what is white in one is so in all.
+    let picture = Picture { rgb: values, ..Picture::new(0, 0) };
+    let stops = args.exposure.unwrap_or_else(|| picture.auto_exposure());
+    let mut values = picture.rgb;
     let shown = |v: f32| {
         let level = (f64::from(v) * stops.exp2()).min(1.0);
         narrow(if args.linear { level } else { linear_to_srgb(level) })
     };
     values.iter_mut().for_each(|rgb| *rgb = rgb.map(shown));
     let fit = LightFit::new(&btf.lights)?;
-    let ptm = if args.rgb {
-        Ptm::fit_rgb(&fit, btf.about.texels, &values)
-    } else {
-        Ptm::fit_luminance(&fit, &btf.lights, btf.about.texels, &values)
-    };
+    let ptm = if args.rgb { Ptm::fit_rgb(&fit, btf.about.texels, &values) } else { Ptm::fit_luminance(&fit, btf.about.texels, &values) };
     let mut bytes = Vec::new();
     ptm.write(&mut bytes).map_err(|source| biscale::error::Error::Io { action: "write", path: args.output.clone(), source })?;
     let summary = Summary {
@@ -94,17 +91,6 @@ pub fn run(args: &PtmArgs, common: &CommonArgs) -> Result<()> {
     }
     output::tell(common, &format!("wrote {}", args.output.display()));
     Ok(())
-}
-
-/// The stops at which nearly all values that are not black are no brighter than white; 0 if all are.
-fn auto_exposure(values: &[[f32; 3]]) -> f64 {
-    let mut levels: Vec<f32> = values.iter().map(|rgb| rgb.iter().copied().fold(0.0, f32::max)).filter(|v| *v > 0.0).collect();
-    if levels.is_empty() {
-        return 0.0;
-    }
-    let place = truncate_usize(BRIGHT * (levels.len() - 1) as f64);
-    let (_, level, _) = levels.select_nth_unstable_by(place, f32::total_cmp);
-    (-f64::from(*level).log2() * 10.0).floor() / 10.0
 }
 
 /// The output of `--json`.
