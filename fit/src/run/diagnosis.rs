@@ -75,7 +75,7 @@ pub(super) fn causes(
             Ok(None) | Err(Error::BadInput(_)) => continue,
             Err(error) => return Err(error),
         };
-        if then.repairs(&now, assumption.changes_values(), assumption == Assumption::Encoded) {
+        if then.repairs(&now, assumption.changes_values()) {
             causes.push(Cause {
                 remedy: assumption.remedy(prepared.spec),
                 objective_ratio: (then.by_bin == now.by_bin).then_some(then.objective / now.objective),
@@ -89,7 +89,7 @@ pub(super) fn causes(
 
 impl Explained {
     /// Whether the photographs agree so, and did not before.
-    fn repairs(&self, before: &Self, other_values: bool, linearised: bool) -> bool {
+    fn repairs(&self, before: &Self, other_values: bool) -> bool {
         let ratio = self.objective / before.objective;
         if self.by_bin != before.by_bin {
             // Only a close-up that repeats as the material does can be compared bin by bin.
@@ -100,10 +100,7 @@ impl Explained {
         let passes_now = self.passes && !before.passes;
         // What is left of a photograph's misfit is a share of its own light.
         let distant_agree = self.training <= MOST_ERROR && before.training > MOST_ERROR && !self.is_worse_near(before);
-        // A failure for a light or a number on its bound leaves errors that pass: then they must be clearly smaller. Values that were encoded have smaller relative errors than
-        // linear ones, so that this is no matter of the curve.
-        let errors_say = linearised && self.passes && before.passes && self.training <= REPAIRED * before.training;
-        residuals_say || errors_say || ((passes_now || distant_agree) && ratio <= CLEARLY_BETTER)
+        residuals_say || ((passes_now || distant_agree) && ratio <= CLEARLY_BETTER)
     }
 
     /// Whether the close-up is explained clearly worse.
