@@ -13,11 +13,13 @@
 //! | `seen` | facets that a view shows -> the sums of their light, texel by texel |
 //! | `file` | a file that is written and read view by view |
 //! | `render` | tile, texels, directions, tolerance -> images with standard errors |
+//! | `local_pca` | images -> clusters of vectors, each a mean and principal components |
 //! | `ptm`, `ptm_file` | images of one view -> polynomials of the light's direction; PTM 1.2 files |
 
 mod cover;
 mod directions;
 mod file;
+mod local_pca;
 mod ptm;
 mod ptm_file;
 mod reference_plane;
@@ -26,6 +28,9 @@ mod seen;
 
 pub use directions::DirectionSet;
 pub use file::{BtfAbout, BtfFile, BtfWriter};
+pub use local_pca::{
+    Arrangement, LocalPca, LocalPcaSettings, LocalPcaSize, MOST_CLUSTERS, MOST_COMPONENTS, Precision, Vectors, relative_rms,
+};
 pub use ptm::{LightFit, Ptm, PtmColours, TERMS};
 pub use reference_plane::{PlaneHeight, ReferencePlane};
 pub use render::{BtfQuestion, BtfSummary, ImageMean, ViewImages, ViewLights, render};

@@ -68,6 +68,33 @@ fn one_image_is_a_picture_and_one_view_a_map_that_other_programs_relight() {
 }
 
 #[test]
+fn clusters_and_components_are_compared_and_the_smallest_result_is_a_btf_again() {
+    let folder = Folder::new();
+    assert_eq!(made(&folder).status, 0);
+    let pca = |rest: &[&str]| {
+        let said = folder.run(["btf", "pca", "a.btf.npz", "--json"].iter().chain(rest));
+        assert_eq!(said.status, 0, "{}", said.stderr);
+        serde_json::from_str::<Value>(&said.stdout).unwrap()
+    };
+    // All texels of a flat tile are alike, and all images multiples of one: one mean, or one component.
+    let object = pca(&["--clusters", "1", "--components", "0,1", "--precision", "float"]);
+    let error = |at: usize| object["tried"][at]["relative_rms"].as_f64().unwrap();
+    assert!(error(0) < 1e-3 && error(2) > 0.1 && error(3) < 1e-3, "{object}");
+    assert!(object["raw_bytes"] == 7 * 7 * 12 * 3 * 2 && object["chosen"].is_null());
+    let object = pca(&["--tolerance", "0.01", "-o", "b.btf.npz"]);
+    assert!(
+        object["chosen"]["relative_rms_stored"].as_f64().unwrap() <= 0.01 && object["chosen"]["bytes"].as_u64().unwrap() < 7 * 7 * 12 * 6
+    );
+    let (mut before, mut after) = (BtfFile::open(&folder.path("a.btf.npz")).unwrap(), BtfFile::open(&folder.path("b.btf.npz")).unwrap());
+    assert!(after.about.notes.iter().any(|n| n.contains("principal component")) && after.about.relative_rms >= before.about.relative_rms);
+    assert!(after.cover == before.cover && after.about.material == before.about.material);
+    let (a, b) = (before.view(4).unwrap(), after.view(4).unwrap());
+    assert!(a.iter().flatten().zip(b.iter().flatten()).all(|(a, b)| (a - b).abs() < 0.02 * a + 1e-4));
+    let said = folder.run(["btf", "pca", "a.btf.npz", "--clusters", "1,2", "--components", "1"]);
+    assert!(said.stderr.contains("arrangement") && said.stderr.contains("texture      2"), "{}", said.stderr);
+}
+
+#[test]
 fn what_cannot_be_made_or_shown_is_refused_before_the_work() {
     try_all(&[
         ("another ending", Arguments(&["btf", "make", "m.toml", "-o", "a.exr"]), 2, &["a.exr", ".npz"]),
@@ -96,6 +123,10 @@ fn what_cannot_be_made_or_shown_is_refused_before_the_work() {
         ),
         ("a material that is no BTF", Arguments(&["btf", "image", "m.toml", "-o", "a.png"]), 2, &["m.toml", "no BTF"]),
         ("no BTF at all", Arguments(&["btf", "ptm", "none.npz", "-o", "a.ptm"]), 2, &["none.npz", "no such file"]),
+        ("components of no BTF", Arguments(&["btf", "pca", "m.toml"]), 2, &["m.toml", "no BTF"]),
+        ("a result of another kind", Arguments(&["btf", "pca", "m.toml", "-o", "a.exr"]), 2, &["a.exr", ".npz"]),
+        ("a tolerance of 0", Arguments(&["btf", "pca", "m.toml", "--tolerance", "0"]), 2, &["--tolerance", "0.000001"]),
+        ("clusters in words", Arguments(&["btf", "pca", "m.toml", "--clusters", "1,few"]), 2, &["--clusters", "few"]),
         ("a picture of another kind", Arguments(&["btf", "image", "m.toml", "-o", "a.jpg"]), 2, &["a.jpg", ".png or .exr"]),
     ]);
     let folder = Folder::new();
@@ -103,6 +134,20 @@ fn what_cannot_be_made_or_shown_is_refused_before_the_work() {
     for (flag, number) in [("--view", "7"), ("--light", "9")] {
         let said = folder.run(["btf", "image", "a.btf.npz", "-o", "a.png", flag, number]);
         assert!(said.status == 2 && said.stderr.contains("numbered from 0") && !folder.path("a.png").exists(), "{}", said.stderr);
+    }
+    for (flags, words) in [
+        (&["--clusters", "1,50"][..], ["--clusters", "1 to 49"]),
+        (&["--clusters", "0"], ["--clusters", "1 to 49"]),
+        (&["--components", "300"], ["--components", "0 to 256"]),
+        (&["-o", "b.npz"], ["--output", "--tolerance"]),
+        (
+            &["-o", "b.npz", "--tolerance", "1e-6", "--arrangement", "texture", "--clusters", "1", "--components", "0"],
+            ["--tolerance", "loosen it"],
+        ),
+    ] {
+        let said = folder.run(["btf", "pca", "a.btf.npz"].iter().chain(flags));
+        let is_told = words.iter().all(|word| said.stderr.contains(word));
+        assert!(said.status == 2 && is_told && !folder.path("b.npz").exists(), "{flags:?}: {}", said.stderr);
     }
     // The same command replaces what it made, and nothing else.
     assert_eq!(made(&folder).status, 0);

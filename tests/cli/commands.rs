@@ -14,7 +14,7 @@ const COMMANDS: [&str; 15] =
 /// Those that say that they are not built yet.
 const LATER: [&str; 1] = ["edit"];
 /// Commands of a command.
-const OF_BTF: [&str; 3] = ["make", "image", "ptm"];
+const OF_BTF: [&str; 4] = ["make", "image", "ptm", "pca"];
 /// Set to write `docs/commands.md` anew in place of comparing it.
 const UPDATE: &str = "BISCALE_UPDATE_DOCS";
 

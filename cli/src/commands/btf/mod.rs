@@ -2,6 +2,7 @@
 
 mod image;
 mod make;
+mod pca;
 mod ptm;
 
 use crate::common::options::CommonArgs;
@@ -24,6 +25,8 @@ enum BtfCommand {
     Image(image::ImageArgs),
     /// All lights of one view as a polynomial texture map, which other programs relight
     Ptm(ptm::PtmArgs),
+    /// What clusters and principal components make of a BTF: their errors and sizes
+    Pca(pca::PcaArgs),
 }
 
 impl BtfArgs {
@@ -31,7 +34,7 @@ impl BtfArgs {
     pub(crate) fn material(&self) -> Option<&PathBuf> {
         match &self.command {
             BtfCommand::Make(args) => Some(&args.material),
-            BtfCommand::Image(_) | BtfCommand::Ptm(_) => None,
+            BtfCommand::Image(_) | BtfCommand::Ptm(_) | BtfCommand::Pca(_) => None,
         }
     }
 }
@@ -45,5 +48,6 @@ pub fn run(args: &BtfArgs, common: &CommonArgs) -> Result<()> {
         BtfCommand::Make(args) => make::run(args, common),
         BtfCommand::Image(args) => image::run(args, common),
         BtfCommand::Ptm(args) => ptm::run(args, common),
+        BtfCommand::Pca(args) => pca::run(args, common),
     }
 }
