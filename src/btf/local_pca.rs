@@ -34,6 +34,8 @@ const MOST_STEPS: usize = 100;
 const CONVERGED: f64 = 1e-6;
 /// Columns that one thread sums at a time.
 const COLUMNS: usize = 512;
+/// The largest 16-bit float.
+const LARGEST_HALF: f32 = 65504.0;
 /// Lanes of a dot product.
 const LANES: usize = 16;
 
@@ -117,7 +119,7 @@ impl Vectors {
     }
 
     fn squares(&self) -> f64 {
-        (0..self.count()).map(|at| dot(self.row(at), self.row(at))).sum()
+        self.values.iter().map(|v| f64::from(*v) * f64::from(*v)).sum()
     }
 }
 
@@ -149,15 +151,15 @@ impl Precision {
         }
     }
 
-    /// What is read of numbers that were stored.
+    /// What is read of numbers that were stored; what is over the largest number of 16 bits is that.
     fn stored(self, values: &mut [f32]) {
         match self {
             Self::Float => {}
-            Self::Half => values.iter_mut().for_each(|v| *v = f16::from_f32(*v).to_f32()),
+            Self::Half => values.iter_mut().for_each(|v| *v = f16::from_f32(v.clamp(-LARGEST_HALF, LARGEST_HALF)).to_f32()),
             Self::Byte => {
                 let (least, most) = values.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, m), v| (l.min(*v), m.max(*v)));
-                if most > least {
-                    let step = (most - least) / 255.0;
+                let step = (most - least) / 255.0;
+                if step > 0.0 {
                     values.iter_mut().for_each(|v| *v = least + step * ((*v - least) / step).round());
                 }
             }
@@ -218,7 +220,7 @@ impl LocalPca {
                 best = Some(found);
             }
         }
-        best.ok_or_else(|| unreachable!("at least one start"))
+        Ok(best.expect("at least one start"))
     }
 
     /// As it is read again after numbers were stored so; the error is measured anew, against the vectors that it was fitted to.
@@ -360,10 +362,11 @@ impl<'a> Search<'a> {
             }
             // The first assignment is by distance alone, and says nothing of what components do.
             before = (turns > 0).then_some(error);
-            self.decompose(STEPS_A_TURN);
+            self.decompose(STEPS_A_TURN, control);
             turns += 1;
         }
-        self.decompose(MOST_STEPS);
+        self.decompose(MOST_STEPS, control);
+        control.check()?;
         let mut weights = vec![0.0; self.labels.len() * self.components];
         if self.components > 0 {
             weights.par_chunks_exact_mut(self.components).enumerate().for_each(|(v, weights)| {
@@ -418,12 +421,12 @@ impl<'a> Search<'a> {
     }
 
     /// Means and components of the clusters as they are.
-    fn decompose(&mut self, steps: usize) {
+    fn decompose(&mut self, steps: usize, control: &Control<'_>) {
         for k in 0..self.clusters.len() {
             let members: Vec<usize> = (0..self.labels.len()).filter(|v| usize::from(self.labels[*v]) == k).collect();
             if !members.is_empty() {
                 let before = std::mem::take(&mut self.clusters[k].components);
-                self.clusters[k] = decomposed(self.vectors, &members, self.components, before, steps);
+                self.clusters[k] = decomposed(self.vectors, &members, self.components, before, (steps, control));
             }
         }
     }
@@ -433,8 +436,8 @@ fn distance(a: &[f32], b: &[f32]) -> f64 {
     a.iter().zip(b).map(|(a, b)| f64::from((a - b) * (a - b))).sum()
 }
 
-/// Mean and principal components of some vectors; subspace iteration begins at `before`.
-fn decomposed(vectors: &Vectors, members: &[usize], components: usize, before: Vec<Vec<f32>>, steps: usize) -> Cluster {
+/// Mean and principal components of some vectors; subspace iteration begins at `before`, and ends when it is to be stopped.
+fn decomposed(vectors: &Vectors, members: &[usize], components: usize, before: Vec<Vec<f32>>, steps: (usize, &Control<'_>)) -> Cluster {
     let length = vectors.length;
     let mut sum = vec![0.0_f64; length];
     members.iter().for_each(|&v| sum.iter_mut().zip(vectors.row(v)).for_each(|(s, a)| *s += f64::from(*a)));
@@ -467,7 +470,7 @@ fn by_products(centred: &Vectors, wanted: usize) -> Vec<Vec<f32>> {
 }
 
 /// Components of many vectors: subspace iteration (Halko, Martinsson and Tropp 2011, algorithm 4.4), and the best basis of the subspace that it ends in.
-fn by_subspace(centred: &Vectors, wanted: usize, before: Vec<Vec<f32>>, steps: usize) -> Vec<Vec<f32>> {
+fn by_subspace(centred: &Vectors, wanted: usize, before: Vec<Vec<f32>>, (steps, control): (usize, &Control<'_>)) -> Vec<Vec<f32>> {
     let length = centred.length;
     let mut basis = before;
     let all = (wanted + SPARE).min(length).min(centred.count());
@@ -482,7 +485,7 @@ fn by_subspace(centred: &Vectors, wanted: usize, before: Vec<Vec<f32>>, steps: u
     for _ in 0..steps {
         let weights = along(&basis);
         let now: f64 = weights.iter().map(|w| w * w).sum();
-        if now - held <= CONVERGED * squares {
+        if now - held <= CONVERGED * squares || control.check().is_err() {
             break;
         }
         held = now;

@@ -84,6 +84,22 @@ fn halves_and_bytes_cost_little_and_are_what_is_measured() {
     assert!(byte > found.relative_rms && byte < 1.1 * found.relative_rms, "{byte} {}", found.relative_rms);
 }
 
+#[test]
+fn numbers_of_any_size_are_stored_without_overflow() {
+    for scale in [1e-40, 1e-30, 1.0, 6e4, 1e9] {
+        let vectors = Vectors { length: 40, values: (0..40 * 30).map(|at| scale * (1.0 + noise(8, at).abs())).collect() };
+        let found = fit(&vectors, 2, 3);
+        for precision in [Precision::Float, Precision::Half, Precision::Byte] {
+            let stored = found.stored(&vectors, precision);
+            assert!(stored.reconstruct().values.iter().all(|v| v.is_finite()), "{scale} {precision:?}");
+            // Squares of the smallest are 0 in 32 bits, and halves have no numbers of their size: then components are of no use, and the error says so.
+            assert!(stored.relative_rms.is_finite());
+            let can = precision != Precision::Half || (1e-3..1e4).contains(&scale);
+            assert!(!can || scale < 1e-20 || stored.relative_rms < 0.5, "{scale} {precision:?}: {}", stored.relative_rms);
+        }
+    }
+}
+
 /// Those of the reference fits of a weave, 24 x 24 texels in 41 x 41 pairs: `docs/btf.md`.
 #[test]
 fn sizes_count_what_table_1_counts_and_what_it_leaves_out() {
@@ -135,6 +151,13 @@ fn what_is_degenerate_is_kept_exactly_or_refused_in_words() {
     for values in [vec![], vec![[0.0; 3]; 4], vec![[0.0, f32::NAN, 1.0]; 4]] {
         assert!(Vectors::arrange(values, 2, Arrangement::Brdf).is_err());
     }
+}
+
+#[test]
+fn a_search_that_is_to_be_stopped_stops() {
+    let cancel = std::sync::atomic::AtomicBool::new(true);
+    let control = Control { cancel: &cancel, ..Control::quiet() };
+    assert!(matches!(LocalPca::fit(&planted(2, 20, 8), &settings(2, 1), &control), Err(Error::Interrupted)));
 }
 
 #[test]

@@ -15,7 +15,7 @@ use serde::Serialize;
 use std::io::BufWriter;
 use std::path::PathBuf;
 
-/// Most numbers of a BTF. They are held several times, as 32-bit floats. Chosen, not measured: 4 GB.
+/// Most numbers of a BTF: a gigabyte of 32-bit floats, which are held up to five times. Chosen, not measured.
 const MOST_NUMBERS: usize = 1 << 28;
 /// What is tried where nothing is said, and with a tolerance.
 const CLUSTERS: [usize; 4] = [1, 4, 16, 32];
