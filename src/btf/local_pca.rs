@@ -75,7 +75,7 @@ impl Vectors {
     ///
     /// # Panics
     /// If `values` are not whole images.
-    pub fn arrange(values: Vec<[f32; 3]>, texels: usize, arrangement: Arrangement) -> Result<Self, BadInput> {
+    pub fn arrange(values: &[[f32; 3]], texels: usize, arrangement: Arrangement) -> Result<Self, BadInput> {
         if values.is_empty() || texels == 0 {
             return Err(BadInput::new("there are no values to compress", "use a BTF with images"));
         }
@@ -89,7 +89,7 @@ impl Vectors {
         }
         let pairs = values.len() / texels;
         Ok(match arrangement {
-            Arrangement::Texture => Self { length: 3 * texels, values: values.into_flattened() },
+            Arrangement::Texture => Self { length: 3 * texels, values: values.as_flattened().to_vec() },
             Arrangement::Brdf => {
                 let of_texel = |texel: usize| values.iter().skip(texel).step_by(texels).flatten().copied();
                 Self { length: 3 * pairs, values: (0..texels).flat_map(of_texel).collect() }
@@ -232,7 +232,7 @@ impl LocalPca {
             cluster.components.iter_mut().for_each(|c| precision.stored(c));
         }
         for label in 0..stored.clusters.len() {
-            let members: Vec<usize> = stored.members(label).collect();
+            let members = members(&stored.labels, label);
             for k in 0..stored.components {
                 let mut column: Vec<f32> = members.iter().map(|&v| stored.weights[v * stored.components + k]).collect();
                 precision.stored(&mut column);
@@ -256,15 +256,6 @@ impl LocalPca {
         });
         Vectors { length, values }
     }
-
-    /// Bytes that it takes.
-    pub fn size(&self, precision: Precision) -> LocalPcaSize {
-        LocalPcaSize::of(self.labels.len(), self.clusters[0].mean.len(), self.clusters.len(), self.components, precision)
-    }
-
-    fn members(&self, label: usize) -> impl Iterator<Item = usize> {
-        self.labels.iter().enumerate().filter(move |(_, l)| usize::from(**l) == label).map(|(v, _)| v)
-    }
 }
 
 /// Bytes of a local principal component analysis.
@@ -285,8 +276,13 @@ impl LocalPcaSize {
     }
 }
 
+/// The vectors of a cluster.
+fn members(labels: &[u8], cluster: usize) -> Vec<usize> {
+    (0..labels.len()).filter(|v| usize::from(labels[*v]) == cluster).collect()
+}
+
 /// `|X - X~| / |X|` over all numbers.
-pub fn relative_rms(vectors: &Vectors, reconstructed: &Vectors) -> f64 {
+fn relative_rms(vectors: &Vectors, reconstructed: &Vectors) -> f64 {
     let differ = |(a, b): (&f32, &f32)| (f64::from(*a) - f64::from(*b)).powi(2);
     (vectors.values.iter().zip(&reconstructed.values).map(differ).sum::<f64>() / vectors.squares()).sqrt()
 }
@@ -362,11 +358,10 @@ impl<'a> Search<'a> {
             }
             // The first assignment is by distance alone, and says nothing of what components do.
             before = (turns > 0).then_some(error);
-            self.decompose(STEPS_A_TURN, control);
+            self.decompose(STEPS_A_TURN, control)?;
             turns += 1;
         }
-        self.decompose(MOST_STEPS, control);
-        control.check()?;
+        self.decompose(MOST_STEPS, control)?;
         let mut weights = vec![0.0; self.labels.len() * self.components];
         if self.components > 0 {
             weights.par_chunks_exact_mut(self.components).enumerate().for_each(|(v, weights)| {
@@ -421,14 +416,15 @@ impl<'a> Search<'a> {
     }
 
     /// Means and components of the clusters as they are.
-    fn decompose(&mut self, steps: usize, control: &Control<'_>) {
+    fn decompose(&mut self, steps: usize, control: &Control<'_>) -> Result<()> {
         for k in 0..self.clusters.len() {
-            let members: Vec<usize> = (0..self.labels.len()).filter(|v| usize::from(self.labels[*v]) == k).collect();
+            let members = members(&self.labels, k);
             if !members.is_empty() {
                 let before = std::mem::take(&mut self.clusters[k].components);
-                self.clusters[k] = decomposed(self.vectors, &members, self.components, before, (steps, control));
+                self.clusters[k] = decomposed(self.vectors, &members, self.components, before, (steps, control))?;
             }
         }
+        Ok(())
     }
 }
 
@@ -436,8 +432,14 @@ fn distance(a: &[f32], b: &[f32]) -> f64 {
     a.iter().zip(b).map(|(a, b)| f64::from((a - b) * (a - b))).sum()
 }
 
-/// Mean and principal components of some vectors; subspace iteration begins at `before`, and ends when it is to be stopped.
-fn decomposed(vectors: &Vectors, members: &[usize], components: usize, before: Vec<Vec<f32>>, steps: (usize, &Control<'_>)) -> Cluster {
+/// Mean and principal components of some vectors; subspace iteration begins at `before`.
+fn decomposed(
+    vectors: &Vectors,
+    members: &[usize],
+    components: usize,
+    before: Vec<Vec<f32>>,
+    steps: (usize, &Control<'_>),
+) -> Result<Cluster> {
     let length = vectors.length;
     let mut sum = vec![0.0_f64; length];
     members.iter().for_each(|&v| sum.iter_mut().zip(vectors.row(v)).for_each(|(s, a)| *s += f64::from(*a)));
@@ -447,18 +449,24 @@ fn decomposed(vectors: &Vectors, members: &[usize], components: usize, before: V
     let wanted = components.min(members.len() - 1).min(length);
     let components = match wanted {
         0 => Vec::new(),
-        _ if members.len() <= EXACT => by_products(&centred, wanted),
-        _ => by_subspace(&centred, wanted, before, steps),
+        _ if members.len() <= EXACT => by_products(&centred, wanted)?,
+        _ => by_subspace(&centred, wanted, before, steps)?,
     };
-    Cluster { mean, components }
+    Ok(Cluster { mean, components })
+}
+
+/// The eigenvectors of a matrix of products.
+fn eigenvectors(products: &[f64], n: usize, wanted: usize) -> Result<Vec<Vec<f64>>> {
+    let too_large = || Error::Numeric("principal components: products of the values are over the largest 32-bit number".to_owned());
+    if n == 0 { Err(too_large()) } else { largest_eigenvectors(products, n, wanted).ok_or_else(too_large) }
 }
 
 /// Components of few vectors: eigenvectors of the matrix of their products.
-fn by_products(centred: &Vectors, wanted: usize) -> Vec<Vec<f32>> {
+fn by_products(centred: &Vectors, wanted: usize) -> Result<Vec<Vec<f32>>> {
     let n = centred.count();
     let products: Vec<f64> =
         (0..n * n).into_par_iter().map(|at| if at % n <= at / n { dot(centred.row(at / n), centred.row(at % n)) } else { 0.0 }).collect();
-    let found = largest_eigenvectors(&products, n, wanted).unwrap_or_default();
+    let found = eigenvectors(&products, n, wanted)?;
     let combined = |u: &Vec<f64>| {
         let mut component = vec![0.0_f32; centred.length];
         for (v, weight) in u.iter().enumerate() {
@@ -466,11 +474,12 @@ fn by_products(centred: &Vectors, wanted: usize) -> Vec<Vec<f32>> {
         }
         component
     };
-    orthonormal(found.par_iter().map(combined).collect())
+    Ok(orthonormal(found.par_iter().map(combined).collect()))
 }
 
 /// Components of many vectors: subspace iteration (Halko, Martinsson and Tropp 2011, algorithm 4.4), and the best basis of the subspace that it ends in.
-fn by_subspace(centred: &Vectors, wanted: usize, before: Vec<Vec<f32>>, (steps, control): (usize, &Control<'_>)) -> Vec<Vec<f32>> {
+/// Not [`randomized_svd`](crate::numerics::randomized_svd), which begins at random each time and keeps `f64`: clusters change little from turn to turn.
+fn by_subspace(centred: &Vectors, wanted: usize, before: Vec<Vec<f32>>, (steps, control): (usize, &Control<'_>)) -> Result<Vec<Vec<f32>>> {
     let length = centred.length;
     let mut basis = before;
     let all = (wanted + SPARE).min(length).min(centred.count());
@@ -485,7 +494,8 @@ fn by_subspace(centred: &Vectors, wanted: usize, before: Vec<Vec<f32>>, (steps, 
     for _ in 0..steps {
         let weights = along(&basis);
         let now: f64 = weights.iter().map(|w| w * w).sum();
-        if now - held <= CONVERGED * squares || control.check().is_err() {
+        control.check()?;
+        if now - held <= CONVERGED * squares {
             break;
         }
         held = now;
@@ -494,13 +504,13 @@ fn by_subspace(centred: &Vectors, wanted: usize, before: Vec<Vec<f32>>, (steps, 
     let n = basis.len();
     let weights = along(&basis);
     let mut products = vec![0.0; n * n];
-    weights.chunks_exact(n).for_each(|w| (0..n * n).for_each(|at| products[at] += w[at / n] * w[at % n]));
+    weights.chunks_exact(n.max(1)).for_each(|w| (0..n * n).for_each(|at| products[at] += w[at / n] * w[at % n]));
     let turned = |u: &Vec<f64>| {
         let mut component = vec![0.0_f32; length];
         u.iter().zip(&basis).for_each(|(w, b)| component.iter_mut().zip(b).for_each(|(c, b)| *c += narrow(*w) * b));
         component
     };
-    orthonormal(largest_eigenvectors(&products, n, wanted).unwrap_or_default().iter().map(turned).collect())
+    Ok(orthonormal(eigenvectors(&products, n, wanted)?.iter().map(turned).collect()))
 }
 
 /// The sums of the vectors, each times its weight, for each of `n` weights a vector.

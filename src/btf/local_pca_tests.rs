@@ -111,16 +111,16 @@ fn sizes_count_what_table_1_counts_and_what_it_leaves_out() {
     for (clusters, components, all) in [(1, 54_544, 59_681), (4, 137_488, 152_993), (16, 469_264, 526_241), (32, 911_632, 1_023_905)] {
         assert_eq!(size(1681, 1728, clusters), LocalPcaSize { components, all });
     }
-    let found = fit(&planted(2, 30, 20), 2, 3);
-    assert_eq!(found.size(Precision::Byte).all, 3 * (2 * 20 + 60) + 2 * 20 + 60 + 8 * 2 * 7);
+    let of_bytes = LocalPcaSize::of(60, 20, 2, 3, Precision::Byte).all;
+    assert_eq!(of_bytes, 3 * (2 * 20 + 60) + 2 * 20 + 60 + 8 * 2 * 7);
 }
 
 #[test]
 fn images_become_vectors_of_texels_or_pairs_and_images_again() {
     let images: Vec<[f32; 3]> = (0_u8..24).map(|at| [f32::from(at), 0.25, f32::from(at) + 0.5]).collect();
-    let by_texel = Vectors::arrange(images.clone(), 6, Arrangement::Brdf).unwrap();
+    let by_texel = Vectors::arrange(&images, 6, Arrangement::Brdf).unwrap();
     assert!(by_texel.count() == 6 && by_texel.row(2)[..6] == [2.0, 0.25, 2.5, 8.0, 0.25, 8.5]);
-    let by_pair = Vectors::arrange(images.clone(), 6, Arrangement::Texture).unwrap();
+    let by_pair = Vectors::arrange(&images, 6, Arrangement::Texture).unwrap();
     assert!(by_pair.count() == 4 && by_pair.row(1)[..3] == [6.0, 0.25, 6.5]);
     assert!(by_texel.images(Arrangement::Brdf) == images && by_pair.images(Arrangement::Texture) == images);
 }
@@ -148,8 +148,14 @@ fn what_is_degenerate_is_kept_exactly_or_refused_in_words() {
     assert!(
         refused(0, 1, 1).contains("clusters: 0") && refused(1, 257, 1).contains("components: 257") && refused(1, 1, 0).contains("starts")
     );
+    // Their squares are no 32-bit numbers.
+    for count in [20, 300] {
+        let huge = Vectors { length: 40, values: (0..40 * count).map(|at| 1e25 * noise(9, at)).collect() };
+        let error = LocalPca::fit(&huge, &settings(1, 2), &Control::quiet()).unwrap_err();
+        assert!(matches!(&error, Error::Numeric(text) if text.contains("over the largest")), "{error}");
+    }
     for values in [vec![], vec![[0.0; 3]; 4], vec![[0.0, f32::NAN, 1.0]; 4]] {
-        assert!(Vectors::arrange(values, 2, Arrangement::Brdf).is_err());
+        assert!(Vectors::arrange(&values, 2, Arrangement::Brdf).is_err());
     }
 }
 

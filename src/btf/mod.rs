@@ -28,9 +28,7 @@ mod seen;
 
 pub use directions::DirectionSet;
 pub use file::{BtfAbout, BtfFile, BtfWriter};
-pub use local_pca::{
-    Arrangement, LocalPca, LocalPcaSettings, LocalPcaSize, MOST_CLUSTERS, MOST_COMPONENTS, Precision, Vectors, relative_rms,
-};
+pub use local_pca::{Arrangement, LocalPca, LocalPcaSettings, LocalPcaSize, MOST_CLUSTERS, MOST_COMPONENTS, Precision, Vectors};
 pub use ptm::{LightFit, Ptm, PtmColours, TERMS};
 pub use reference_plane::{PlaneHeight, ReferencePlane};
 pub use render::{BtfQuestion, BtfSummary, ImageMean, ViewImages, ViewLights, render};

@@ -120,8 +120,7 @@ pub fn run(args: &PcaArgs, common: &CommonArgs) -> Result<()> {
     let mut btf = BtfFile::open(&args.btf)?;
     let (values, texels) = (all_values(&mut btf)?, btf.about.texels[0] * btf.about.texels[1]);
     let settings = Ladder::new(args, values.len(), texels)?;
-    let only_one = settings.clusters.len() * settings.components.len() == 1 && args.arrangement != ArrangementArg::Both;
-    if target.is_some() && args.tolerance.is_none() && !only_one {
+    if target.is_some() && args.tolerance.is_none() && settings.count() != 1 {
         let bad = BadInput::new(
             "it is not said which result to write",
             "give `--tolerance`, or one arrangement, one number of clusters and one of components",
@@ -182,7 +181,7 @@ impl Ladder {
             ArrangementArg::Texture => vec![Arrangement::Texture],
             ArrangementArg::Both => vec![Arrangement::Brdf, Arrangement::Texture],
         };
-        let most = arrangements.iter().map(|a| vectors_of(*a, values, texels)).max().unwrap_or(1).min(MOST_CLUSTERS);
+        let most = arrangements.iter().map(|a| vectors_of(*a, values, texels)).fold(MOST_CLUSTERS, usize::min);
         let list = |field: &str, given: &[usize], least: usize, most: usize, otherwise: &[usize]| -> Result<Vec<usize>> {
             if let Some(bad) = given.iter().find(|n| !(least..=most).contains(*n)) {
                 return Err(BadInput::new(format!("{bad}"), format!("use {least} to {most}")).at_field(field).into());
@@ -202,15 +201,20 @@ impl Ladder {
         })
     }
 
+    /// Settings that are tried at most.
+    fn count(&self) -> usize {
+        self.arrangements.len() * self.clusters.len() * self.components.len()
+    }
+
     /// Tries all of it; with a tolerance only what is smaller than the smallest result that keeps it, and than the values themselves.
     fn run(&self, args: &PcaArgs, values: &[[f32; 3]], texels: usize, control: &Control<'_>) -> Result<(Vec<Tried>, Option<Kept>)> {
         let (mut tried, mut kept): (Vec<Tried>, Option<Kept>) = (Vec::new(), None);
         let precision = Precision::from(args.precision);
-        let steps = self.arrangements.len() * self.clusters.len() * self.components.len();
+        let steps = self.count();
         let mut step = 0;
         for &arrangement in &self.arrangements {
-            let vectors = Vectors::arrange(values.to_vec(), texels, arrangement)?;
-            for &clusters in self.clusters.iter().filter(|k| **k <= vectors.count()) {
+            let vectors = Vectors::arrange(values, texels, arrangement)?;
+            for &clusters in &self.clusters {
                 for (nth, &components) in self.components.iter().enumerate() {
                     let size = LocalPcaSize::of(vectors.count(), vectors.length, clusters, components, precision);
                     let most = kept.as_ref().map_or(2 * 3 * values.len(), |kept| tried[kept.line].bytes);
@@ -232,8 +236,7 @@ impl Ladder {
                         turns: found.turns,
                     });
                     let keeps = args.tolerance.map_or(steps == 1, |tolerance| stored.relative_rms <= tolerance);
-                    let is_smallest = kept.as_ref().is_none_or(|kept| size.all < tried[kept.line].bytes);
-                    if keeps && is_smallest {
+                    if keeps {
                         kept = Some(Kept { line: tried.len() - 1, values: stored.reconstruct().images(arrangement) });
                     }
                     if keeps && args.tolerance.is_some() {
